@@ -11,7 +11,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.dynamics.kernels.layer import CUT, DEPTH
-from hpcwhirl.dynamics.layer import rod_area
+from hpcwhirl.dynamics.operators import rod_area
 from hpcwhirl.scene import Scene
 
 

@@ -33,16 +33,16 @@ from hpcwhirl.analysis.whirl import static_frame
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import angle_at, changes
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
-from hpcwhirl.dynamics.layer import wears
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.motion import Motion
+from hpcwhirl.dynamics.operators import wears
 from hpcwhirl.dynamics.side_by_side import SideBySide
 from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.quantities import ROW
-from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.scene.units import with_unit
 from hpcwhirl.scene.words import BEYOND_FILM, TOLD, is_open
 
 if TYPE_CHECKING:

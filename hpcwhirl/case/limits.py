@@ -337,12 +337,11 @@ def check_layer(scene: Scene) -> None:
     longest, step = longest_over_layer(scene), scene.solver.time_step
     if not step <= longest:
         fastest = extremes(scene)[1]
-        msg = (
+        raise InputError(
             f"speed must be <= {abs(fastest) * longest / step:.6g} rad/s with this "
             "time_step (a tip would move by more than layer_edge in a step), got "
             f"{fastest:.6g}"
         )
-        raise InputError(msg)
 
 
 def frequency_error(phase: float, ratio: float = 0.0) -> float:

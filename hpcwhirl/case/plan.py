@@ -182,21 +182,9 @@ def folded_body(
     """
     modes = np.flatnonzero(body.diameter % folds == 0)
     lift = np.ascontiguousarray(math.sqrt(folds) * body.shapes[:, modes])
-    one_of_many = replace(
-        body,
-        mass=NONE,
-        stiffness=NONE,
-        shapes=np.ascontiguousarray(lift[rows]),
-        omega=body.omega[modes],
-        diameter=body.diameter[modes] // folds,
-        rank=body.rank[modes],
-        phase=body.phase[modes],
-        centre_share=body.centre_share[modes],
-        damping=body.ratios[modes],
-        kept=0,
-        spin=body.spin and _folded_spin(body.spin, folds),
-    )
-    return one_of_many, lift
+    own = body.only(modes, lift[rows])
+    spin = body.spin and _folded_spin(body.spin, folds)
+    return replace(own, diameter=own.diameter // folds, kept=0, spin=spin), lift
 
 
 def _folded_spin(spin: Spin, folds: int) -> Spin:

@@ -174,9 +174,7 @@ def growth_of(model: Model) -> Callable[[float], float]:
 
     See `reduction.waves.tip_growth`.
     """
-    body, spin = model.rotor, model.rotor.spin
-    if spin is None:
-        raise TypeError(model)
+    body, spin = model.rotor, model.rotor.terms
     own = np.flatnonzero(body.diameter == 0) if body.cyclic else slice(None)
     shapes, load = body.shapes[:, own], (body.shapes.T @ spin.load)[own]
     rest = np.diag(body.omega[own] ** 2)

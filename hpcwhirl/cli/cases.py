@@ -20,7 +20,7 @@ from hpcwhirl.cli.tables import (
     unit_of,
 )
 from hpcwhirl.errors import InputError, say
-from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.scene.units import with_unit
 
 if TYPE_CHECKING:
     import xarray

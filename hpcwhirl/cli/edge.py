@@ -242,7 +242,7 @@ def in_shown(name: str) -> tuple[str, float]:
 
 def _show(facts: dict[str, Any]) -> None:
     from hpcwhirl.cli.margin import setting_text
-    from hpcwhirl.scene.quantity import with_unit
+    from hpcwhirl.scene.units import with_unit
 
     low, high = (setting_text("force", facts.pop(side)) for side in ("low", "high"))
     words = facts.pop("word_low"), facts.pop("word_high")

@@ -13,8 +13,7 @@ from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.options import OR_FILE, asked_units, check_picture
 from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table, unit_of
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene.quantity import with_unit
-from hpcwhirl.scene.units import showing, shown_in
+from hpcwhirl.scene.units import showing, shown_in, with_unit
 from hpcwhirl.store.reading.select import UNITS
 
 if TYPE_CHECKING:

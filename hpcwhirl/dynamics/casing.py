@@ -69,17 +69,26 @@ def ready_at(scene: Scene) -> int:
     return math.ceil(rise / scene.solver.time_step) + 3
 
 
-def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
-    """Return the harmonics of a casing's radial displacement from modal amplitudes.
+def waves_of_ring(model: Model, values: Floats, *, of_modes: bool) -> Floats:
+    """Return the harmonics of a casing's radial displacement at n samples.
 
-    amplitudes : (n, modes), of the casing's modes at n samples
-    The result is (n, H + 1, 2), m: cosine and sine part of harmonics 0 .. H.
+    They are (n, H + 1, 2), m: cosine and sine part of harmonics 0 .. H.
+
+    values, of_modes : (n, ...), amplitudes of the casing's modes, or displacements of
+        its coordinates, m; which of the two
     """
     if model.casing is None or model.ring is None:
-        msg = "a rigid casing has no modes"
-        raise ValueError(msg)
-    rows = _rows(model.casing, model.ring)
-    return _read(rows, amplitudes[:, : rows.shape[2]])
+        raise TypeError(model)
+    rows = _rows(model.casing, model.ring) if of_modes else model.ring.waves()
+    # for a ring of harmonics most entries of `rows` are 0; BLAS is avoided, since its
+    # sums may depend on the number of samples
+    out = np.zeros((len(values), *rows.shape[:2]))
+    if not len(values):
+        return out
+    for h, p in np.ndindex(*rows.shape[:2]):
+        nonzero = np.flatnonzero(rows[h, p])
+        out[:, h, p] = (values[:, nonzero] * rows[h, p, nonzero]).sum(axis=1)
+    return out
 
 
 @lru_cache(maxsize=MOST_KEPT)
@@ -92,30 +101,6 @@ def _rows(body: ModalModel, ring: RingOperator | FourierOperator) -> Floats:
     body, ring : modes of the casing; its contact operator
     """
     return np.asarray(ring.waves() @ body.shapes)
-
-
-def waves_of_coordinates(model: Model, displacements: Floats) -> Floats:
-    """Return the harmonics of a casing's radial displacement from its coordinates.
-
-    displacements : (n, c), m, of the ring's c coordinates at n samples
-    The result is (n, H + 1, 2), m: cosine and sine part of harmonics 0 .. H.
-    """
-    if model.ring is None:
-        msg = "a rigid casing has no coordinates"
-        raise ValueError(msg)
-    return _read(model.ring.waves(), displacements)
-
-
-def _read(rows: Floats, values: Floats) -> Floats:
-    # for a ring of harmonics most entries of `rows` are 0; BLAS is avoided, since its
-    # sums may depend on the number of samples
-    out = np.zeros((len(values), *rows.shape[:2]))
-    if not len(values):
-        return out
-    for h, p in np.ndindex(*rows.shape[:2]):
-        nonzero = np.flatnonzero(rows[h, p])
-        out[:, h, p] = (values[:, nonzero] * rows[h, p, nonzero]).sum(axis=1)
-    return out
 
 
 def waves_of_rigid(model: Model, scene: Scene, count: int, stride: int) -> Floats:

@@ -18,8 +18,7 @@ from hpcwhirl.dynamics.free_waves import WavesMotion, free_rotor
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Strides, Tracks
-from hpcwhirl.dynamics.schemes.integrator import Integrator
-from hpcwhirl.errors import ModelError
+from hpcwhirl.dynamics.schemes.rotating_frame import RotatingFrame
 
 BLOCK = 256  # samples evaluated at once
 
@@ -91,17 +90,11 @@ class _Start(NamedTuple):
 class FreeDecay:
     """The certificate of a march, and its remaining motion in closed form.
 
-    Parameters
-    ----------
     scheme : integrator of central differences, in the rotating frame
-    blades : number of blades that are integrated
-    step : dt, s
     """
 
-    def __init__(self, scheme: Integrator, blades: int, step: float) -> None:
-        if scheme.ended is None:
-            msg = "a closed form needs a kernel in the rotating frame"
-            raise ModelError(msg)
+    def __init__(self, scheme: RotatingFrame) -> None:
+        blades, step = scheme.model.blades, scheme.scene.solver.time_step
         self.ended = scheme.ended
         self.rotor, self.shapes = free_rotor(scheme.arrays, blades, step)
         self.ring_items = passes.unpacked(scheme.arrays.casing.items)

@@ -27,11 +27,11 @@ from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Strides, Tracks
 from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor
-from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
-from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.operators import friction_with_sign, rods_of
 from hpcwhirl.dynamics.schemes import scheme_of
-from hpcwhirl.dynamics.schemes.equal_sectors import folds_well
+from hpcwhirl.dynamics.schemes.by_sectors import folds_well
+from hpcwhirl.dynamics.schemes.rotating_frame import RotatingFrame
 from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
 from hpcwhirl.errors import InputError
@@ -142,8 +142,7 @@ class March:
             gap=now.gap, opening=now.opening, since=now.since,
             ahead=folds * now.ahead, bend=folds * now.bend,
         )  # fmt: skip
-        if self.scheme.refresh:
-            self.scheme.refresh(state, now)
+        self.scheme.refresh(state, now)
 
     @contextmanager
     def at_start(self) -> Iterator[None]:
@@ -179,9 +178,8 @@ class March:
         None if the run wants no certificate, or if for this scheme, rotor or changing
         speed there is no closed form.
         """
-        scene, model = self.lean.scene, self.lean.model
-        scheme = self.scheme
-        if scheme.ended is None or not self.case.plan.settles:
+        scene, scheme = self.lean.scene, self.scheme
+        if not isinstance(scheme, RotatingFrame) or not self.case.plan.settles:
             return None
         if isinstance(scheme.arrays.rotor, GeneralRotor):  # a mode does not oscillate
             return None
@@ -189,7 +187,7 @@ class March:
             return None
         first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
         self._look_after(max(first if scene.is_loaded else 1, self.let_go + 1))
-        coast = FreeDecay(self.scheme, model.blades, scene.solver.time_step)
+        coast = FreeDecay(scheme)
         return coast if coast.possible else None
 
     def _watch(self) -> None:
@@ -277,17 +275,15 @@ class March:
         size = 8.0 * samples * (7 + 3 * blades * tips + more * casing)
         rows = self.total // self.beat
         if 8.0 * self.evidence_columns * rows > MOST_TRACES:
-            msg = (
+            raise InputError(
                 f"duration asks for {rows} rows of evidence, allowed "
                 f"{MOST_TRACES / (8 * self.evidence_columns):.0f}: shorten duration"
             )
-            raise InputError(msg)
         if size > MOST_TRACES:
-            msg = (
+            raise InputError(
                 f"output interval asks for {samples} samples of {size / samples:.0f} "
                 f"bytes, allowed {MOST_TRACES / 1e9:g} GB: raise interval"
             )
-            raise InputError(msg)
         kept_samples = samples, samples * tips, samples * casing
         return empty_tracks(
             kept_samples, (rows, self.evidence_columns), blades, width, rods
@@ -442,8 +438,6 @@ class March:
         The energy that this adds is entered in the ledger as work of the loading.
         """
         state, places = self.state, held_displacement(self.model, self.scene)
-        if self.scheme.release is None:
-            raise TypeError(self.scheme.kernel)
         before = self.scheme.balance(state).energy
         self.scheme.release(state, places, self.steps)
         state.ledger[contact.PULSE] += self.scheme.balance(state).energy - before

@@ -1,4 +1,7 @@
-"""Arrays of `kernels.whole`: a rotor of unequal sectors without rotation, as waves.
+"""Arrays of a rotor of unequal sectors: its modes as waves, or as they are.
+
+Modes that rotation does not couple are waves in `kernels.whole`, and real modes in
+`kernels.general`; both have the ring by nodal diameter and the Delassus matrix.
 
 The two roots of central differences of a mode,
 
@@ -17,10 +20,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats
-from hpcwhirl.dynamics.kernels.vectors import all_aligned
-from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor
+from hpcwhirl.dynamics.kernels import passes
+from hpcwhirl.dynamics.kernels.circulant import folded
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays
+from hpcwhirl.dynamics.kernels.vectors import aligned, all_aligned
+from hpcwhirl.dynamics.kernels.wave_types import (
+    GeneralContact,
+    GeneralRotor,
+    UncoupledRotor,
+    WholeRotor,
+)
 from hpcwhirl.dynamics.kernels.whole import EIGHT
-from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
+from hpcwhirl.dynamics.slots import casing_arrays, ring_column, transforms
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.dynamics.turning_waves import WORST
 from hpcwhirl.dynamics.whole_waves import (
@@ -29,10 +42,11 @@ from hpcwhirl.dynamics.whole_waves import (
     padded_blades,
     reads_of,
 )
-from hpcwhirl.reduction.bodies import centre_rows
+from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.rules import NO_BLADE
 
 
 @dataclass(frozen=True)
@@ -146,3 +160,65 @@ def uncoupled_rotor(model: Model, scene: Scene, waves: ModeWaves) -> UncoupledRo
         opened_by_ring(model, scene), padded(waves.form),
     )  # fmt: skip
     return UncoupledRotor._make(all_aligned([np.ravel(array) for array in arrays]))
+
+
+def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
+    """Return the coefficients of a body's modes, (ITEMS, size), see `kernels.passes`.
+
+    Where the cyclic kernel multiplies the spectrum of the multipliers by displacements
+    of a tip in a mode, the general one has the modal forces themselves: those of normal
+    forces, then those of friction over mu. So the coefficients RADIAL and SI are 1.
+
+    mu, size : friction with the sign of the speed; number of modes, padded
+    """
+    modes = len(body.omega)
+    keep, pull, give = recursion(body.omega, body.ratios, step)
+    items = np.zeros((passes.ITEMS, size))
+    used = items[:, :modes]
+    used[passes.KEEP], used[passes.PULL], used[passes.GIVE] = keep, pull, give
+    used[passes.RADIAL], used[passes.SI] = 1.0, 1.0
+    used[passes.NORMAL], used[passes.ALONG] = give, mu * give
+    used[passes.OMEGA], used[passes.DAMPING] = body.omega, body.ratios
+    used[passes.RATE] = 2 * body.ratios * body.omega / (4 * step)
+    return items
+
+
+def general_rotor(model: Model, scene: Scene) -> GeneralRotor:
+    """Return the kernel's arrays of a rotor as real modes."""
+    body, blades = model.rotor, model.blades
+    size = -(-len(body.omega) // EIGHT) * EIGHT
+
+    def padded(rows: Floats) -> Floats:
+        return np.pad(rows, ((0, 0), (0, size - rows.shape[1])))
+
+    radial, tangential = (padded(-rows) for rows in tip_rows(body, blades))
+    hub = padded(centre_rows(body, blades))
+    rows = radial[folded(blades, widths(blades)[1])]
+    read = rows.T.reshape(size, -1, EIGHT).transpose(1, 0, 2)
+    items = _items(body, scene.solver.time_step, friction_with_sign(scene), size)
+    reach = np.hypot(radial, tangential).max(axis=0)
+    arrays = (aligned(a.ravel()) for a in (read, radial, tangential, hub, reach))
+    return GeneralRotor(passes.packed(items), *arrays)
+
+
+def delassus(model: Model, scene: Scene) -> Floats:
+    """Return the Delassus matrix W, (N, N), m/N.
+
+    Column j: changes of all gaps in a step by a unit multiplier on blade j and its
+    friction.
+    """
+    w = rotor_compliance(model, scene)
+    blades = np.arange(model.blades)
+    return w + ring_column(model, scene)[np.subtract.outer(blades, blades)]
+
+
+def unequal_arrays(
+    model: Model, scene: Scene, rotor: GeneralRotor | WholeRotor | UncoupledRotor
+) -> Arrays:
+    """Return the arrays of the kernel `general` for a rotor of unequal sectors."""
+    w, lost = delassus(model, scene), scene.engine.rotor.lost_blade
+    if lost != NO_BLADE:
+        w[lost] -= rotor_compliance(model, scene)[lost]
+    loading, casing = casing_arrays(model, scene)
+    contact = GeneralContact(w, *transforms(model.blades))
+    return Arrays(loading, rotor, casing, contact)

@@ -32,7 +32,6 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
-from hpcwhirl.structure import FourierOperator
 
 BODIES = "rotor", "casing"
 SAME = 1e-8  # largest relative part of a motion that one sector may leave out
@@ -212,11 +211,10 @@ def check_sizes(model: Model, motion: Motion) -> None:
     values = motion.rotor, motion.casing
     for name, x, size in zip(BODIES, values, map(len, model.shapes), strict=True):
         if len(x) != size:
-            msg = (
+            raise InputError(
                 f"a motion can be continued only by a {name} with the same number of "
                 f"coordinates: it has {len(x)}, the {name} of this case {size}"
             )
-            raise InputError(msg)
 
 
 def lowering(body: ModalModel, lift: Floats) -> Floats:
@@ -235,11 +233,10 @@ def lowering(body: ModalModel, lift: Floats) -> Floats:
         return np.asarray(lift.T @ body.mass)
     rank = int(np.linalg.matrix_rank(lift))
     if rank < lift.shape[1]:
-        msg = (
+        raise InputError(
             "a motion cannot be continued with the modes of this file: a body has "
             f"{lift.shape[1]}, and its displacements determine only {rank} of them"
         )
-        raise InputError(msg)
     return np.asarray(np.linalg.pinv(lift))
 
 
@@ -262,11 +259,7 @@ def gaps_of(
     gaps = model.clearances(gap) - rotor[model.places[0]]
     if model.ring is None:
         return np.asarray(gaps)
-    angles = angle + model.angles
-    if isinstance(model.ring, FourierOperator):
-        rows = model.ring.rows(angles, model.stations)[0]
-    else:
-        rows = model.ring.rows(angles)[0]
+    rows = model.ring.rows(angle + model.angles, model.stations)[0]
     return np.asarray(gaps + rows @ casing)
 
 
@@ -278,43 +271,9 @@ def turned(model: Model, motion: Motion) -> Motion:
     if model.ring is None or motion.angle == 0.0:
         return motion._replace(angle=0.0)
 
-    def back(x: Floats) -> Floats:
-        if isinstance(model.ring, FourierOperator):
-            return _back(x, motion.angle, model.ring.width)
-        return _back_elements(x, motion.angle)
-
-    casing, velocity = back(motion.casing), back(motion.casing_velocity)
+    values = motion.casing, motion.casing_velocity
+    casing, velocity = (model.ring.turned(x, motion.angle) for x in values)
     return motion._replace(casing=casing, casing_velocity=velocity, angle=0.0)
-
-
-def _back(x: Floats, angle: float, width: int) -> Floats:
-    """Return harmonics of a casing's displacements in axes turned by an angle, rad.
-
-    x : flat, rows of `width` values: harmonic 0, then cosine and sine of each further
-        one; the result has the same layout
-    """
-    out = x.reshape(-1, width).copy()
-    h = np.arange(1, out.shape[1] // 2 + 1)
-    waves = (out[:, 1::2] - 1j * out[:, 2::2]) * np.exp(1j * h * angle)
-    out[:, 1::2], out[:, 2::2] = waves.real, -waves.imag
-    return out.ravel()
-
-
-def _back_elements(x: Floats, angle: float) -> Floats:
-    """Return nodal displacements of a casing in axes turned by an angle, rad.
-
-    x : (4 elements,), in the axes that are not turned, four of each node; the result
-        has the same layout
-
-    They are turned by a Fourier transform. Matrices of a ring of equal elements are
-    circulant, so that no energy is lost, except for that of the shortest wave if the
-    number of elements is even.
-    """
-    nodes = x.reshape(-1, 4)
-    waves = np.fft.rfft(nodes, axis=0)
-    h = np.arange(len(waves))[:, None]
-    shifted = np.fft.irfft(waves * np.exp(1j * h * angle), len(nodes), axis=0)
-    return np.asarray(shifted).ravel()
 
 
 def check_continuable(model: Model, scene: Scene) -> None:
@@ -325,26 +284,22 @@ def check_continuable(model: Model, scene: Scene) -> None:
     """
     spin, casing = model.rotor.spin, scene.engine.casing
     if casing.contact_law != RIGID:
-        msg = (
+        raise InputError(
             "a motion cannot be continued with a layer that wears: casing.contact_law "
             f"must be {RIGID}, got {casing.contact_law}"
         )
-        raise InputError(msg)
     if spin is not None and not spin.support.is_round:
-        msg = (
+        raise InputError(
             "a motion can be continued only on supports that are alike in x and y: "
             "those of this engine differ"
         )
-        raise InputError(msg)
     if not is_round(scene):
-        msg = (
+        raise InputError(
             "a motion can be continued only in a round casing: profile must be empty, "
             f"and offset 0 m, got {casing.offset:g}"
         )
-        raise InputError(msg)
     if model.casing is None and casing.amplitude != 0.0:
-        msg = (
+        raise InputError(
             "a motion can be continued only in a rigid casing without lobes: amplitude "
             f"must be 0 m, got {casing.amplitude:g}"
         )
-        raise InputError(msg)

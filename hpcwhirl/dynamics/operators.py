@@ -1,11 +1,13 @@
 """Arrays of the time loop `bodies` for rotor and casing, as modes or as matrices.
 
-They are made once per case: coefficients of a time step, constants of contact, load.
+They are made once per case: coefficients of a time step, constants of contact, load,
+and the rods of a layer, which follow from the contact law.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -18,12 +20,12 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     Contact,
     CoupledBody,
     DenseBody,
+    Layer,
     Load,
     ModalBody,
     Points,
     Ring,
 )
-from hpcwhirl.dynamics.layer import layer_of
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.dynamics.turning import (
     ALIKE,
@@ -36,7 +38,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, has_centre
-from hpcwhirl.scene import Scene
+from hpcwhirl.scene import Scene, contact_laws
 from hpcwhirl.structure import FourierOperator, RingOperator
 
 LANES = 4  # modes that the kernel sums at a time; padding modes never move
@@ -218,19 +220,17 @@ def dense_arrays(model: Model, scene: Scene) -> Arrays:
     K.
     """
     if not model.rotor.has_matrices:
-        msg = (
+        raise InputError(
             "scheme paper needs M and K, which engine.file lacks: scheme must be "
             "'modal' or 'general', got 'paper'"
         )
-        raise InputError(msg)
     if model.casing is not None and not model.casing.has_matrices:
-        msg = (
+        raise InputError(
             "scheme paper needs M and K of the casing: families must be 'all', and "
             "discretization not 'file', nor 'shell' with one contact point a tip, got "
             f"'{scene.engine.casing.families}' and "
             f"'{scene.engine.casing.discretization}'"
         )
-        raise InputError(msg)
     step = scene.solver.time_step
     none, free = np.zeros(0, np.int64), has_centre(model.rotor, model.blades)
     hub = 2 * model.blades + np.arange(2 * free)
@@ -243,3 +243,69 @@ def dense_arrays(model: Model, scene: Scene) -> Arrays:
     casing = _dense_body(model.casing, step, *places, none)
     load = Load(scene.force, scene.pulse, pulse_load(model, scene))
     return Arrays(load, rotor, casing, contact_operators(model, scene))
+
+
+def rod_area(scene: Scene) -> float:
+    """Return the area of a rod's end, m^2: axial width times circumferential length."""
+    length = 2 * math.pi * scene.engine.rotor.radius / rods_of(scene)
+    return float(scene.engine.casing.layer_width * length)
+
+
+def _flex(scene: Scene) -> float:
+    """Return the elastic compliance l / (E A) of a rod, m/N, see `_abradable`."""
+    casing = scene.engine.casing
+    return float(casing.layer_thickness / (casing.layer_young * rod_area(scene)))
+
+
+def _abradable(scene: Scene) -> Layer:
+    """Return plastic rods: stiffness A E / l, limit A sigma_y, hardening A H / l.
+
+    A is the area of a rod; E, l, sigma_y and H are Young's modulus, thickness, yield
+    stress and hardening modulus of the layer.
+    """
+    casing, area = scene.engine.casing, rod_area(scene)
+    growth = area * casing.layer_hardening / casing.layer_thickness
+    limit, under = area * casing.layer_yield, casing.layer_rods
+    return Layer(_flex(scene), 1.0 / growth, 0.0, limit, growth, under)
+
+
+def _archard(scene: Scene) -> Layer:
+    """Return elastic rods that wear by Archard's law: k N v dt / A in a step.
+
+    k is the wear coefficient, 1/Pa, N the force and A the area of a rod, v = |Omega| R.
+    """
+    casing, area = scene.engine.casing, rod_area(scene)
+    slid = scene.engine.rotor.radius * scene.solver.time_step  # at 1 rad/s
+    rub = casing.wear_coefficient * slid / area
+    return Layer(_flex(scene), 0.0, rub, 0.0, 0.0, casing.layer_rods)
+
+
+LAWS: dict[str, Callable[[Scene], Layer]] = {
+    "abradable": _abradable,
+    "archard": _archard,
+}  # {contact law: function that returns its rods}
+
+
+def wears(scene: Scene) -> bool:
+    """Return whether the casing has a layer that wears."""
+    return bool(scene.engine.casing.contact_law != contact_laws.RIGID)
+
+
+def rods_of(scene: Scene) -> int:
+    """Return the number M of rods of a scene's layer, 0 without one."""
+    if not wears(scene):
+        return 0
+    casing, radius = scene.engine.casing, scene.engine.rotor.radius
+    return int(contact_laws.rods_around(casing.layer_edge, radius, casing.layer_rods))
+
+
+def layer_of(scene: Scene) -> Layer:
+    """Return the rods of a scene's contact law; without a layer all values are 0."""
+    if not wears(scene):
+        return Layer(0.0, 0.0, 0.0, 0.0, 0.0, 0)
+    return LAWS[scene.engine.casing.contact_law](scene)
+
+
+def unworn(scene: Scene) -> Floats:
+    """Return an unworn layer, (3, rods), as in `kernels.kernel_types.BodiesState`."""
+    return np.zeros((3, rods_of(scene)))

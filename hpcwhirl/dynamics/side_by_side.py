@@ -133,11 +133,9 @@ def _check(march: March, a: Any, b: Any) -> None:
         raise ValueError(msg)
     one, other = (int(state.counter[contact.STEP]) for state in (a, b))
     if one != other:
-        msg = f"states must be at the same step, got {one} and {other}"
-        raise ValueError(msg)
+        raise ValueError(f"states must be at the same step, got {one} and {other}")
     if any(state.counter[contact.STOP] != contact.RUNNING for state in (a, b)):
-        msg = "states must be those of runs that have not ended"
-        raise ValueError(msg)
+        raise ValueError("states must be those of runs that have not ended")
 
 
 FIRST = 1e-6  # relative change of a body's motion in the twin, before scaling to delta

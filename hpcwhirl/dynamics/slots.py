@@ -242,8 +242,7 @@ def _round(model: Model) -> _Round:
     """Return a model's casing ring and number of blades, the key of cached arrays."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
-        msg = "only a ring of harmonics has slots"
-        raise TypeError(msg)
+        raise TypeError("only a ring of harmonics has slots")
     return _Round(body, operator, model.blades)
 
 

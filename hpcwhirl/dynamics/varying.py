@@ -81,9 +81,7 @@ class DrivenRotor:
     """
 
     def __init__(self, model: Model, scene: Scene) -> None:
-        spin, body = model.rotor.spin, model.rotor
-        if spin is None:
-            raise TypeError(model)
+        spin, body = model.rotor.terms, model.rotor
         self.order, self.starts = by_diameter(body)
         self.support, self.step = spin.support, scene.solver.time_step
         self.moment = scene.unbalance * cmath.exp(1j * scene.unbalance_phase)

@@ -34,7 +34,6 @@ from hpcwhirl.reduction.points import (
     with_single_points,
 )
 from hpcwhirl.reduction.recognise import EQUAL, equal_sectors
-from hpcwhirl.reduction.shaft import MisplacedError, shaft_stiffness
 from hpcwhirl.reduction.spin import (
     check_terms,
     check_translation,
@@ -44,7 +43,7 @@ from hpcwhirl.reduction.spin import (
     transformed,
     turned_alike,
 )
-from hpcwhirl.reduction.supports import Support
+from hpcwhirl.reduction.supports import MisplacedError, Support, shaft_stiffness
 from hpcwhirl.store.models.engine_file import Given, read_group
 
 MODAL = 1e-6  # largest error of orthonormality, and off-diagonal of Phi^T D Phi

@@ -18,8 +18,7 @@ from hpcwhirl.reduction.modes import (
     reduction_basis,
     speed_of_basis,
 )
-from hpcwhirl.reduction.shaft import energy_in_shaft, turning_tilt, with_tilt
-from hpcwhirl.reduction.supports import planar
+from hpcwhirl.reduction.supports import energy_in_shaft, planar, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 FORWARD = planar(1j)

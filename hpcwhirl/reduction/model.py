@@ -210,8 +210,7 @@ def _check_stations(model: Model, file: str) -> None:
     least, most = ring.axial.ends
     beyond = points.station[(points.station < least) | (points.station > most)]
     if len(beyond):
-        msg = (
+        raise InputError(
             f"engine.file {file} has rotor/tip_station {beyond[0]:g} m, beyond the "
             f"casing, which reaches from {least:g} to {most:g} m"
         )
-        raise InputError(msg)

@@ -23,13 +23,20 @@ from hpcwhirl.reduction.cyclic_coordinates import (
     spread,
 )
 from hpcwhirl.reduction.points import Stress, TipPoints
-from hpcwhirl.reduction.shaft import energy_in_shaft, turning_tilt, with_tilt
-from hpcwhirl.reduction.supports import ROUND, Bearing, Support
+from hpcwhirl.reduction.supports import (
+    ROUND,
+    Bearing,
+    Support,
+    energy_in_shaft,
+    turning_tilt,
+    with_tilt,
+)
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 Added = tuple[Complexes, Complexes, Complexes]
 REACH = 2.0  # ratio of a basis's reference speed to the first frequency
 BACKWARD = np.array([[-1j]])  # turns conj(x + i y) by 90 degrees, anticlockwise
+NONE = np.zeros((0, 0))
 SUSPENSION_SHARE = 0.5  # least share of strain energy in the springs of the suspension
 
 
@@ -140,7 +147,7 @@ class ModalModel:
     rank : (m,), index of the mode among those of its nodal diameter, from 0
     phase : (m,), 0 or 1: the two members of a double harmonic
     centre_share : (m,), share of the strain energy in the shaft's springs; NaN if the
-        shapes of a rotor from file do not determine the springs, see `shaft`
+        shapes of a rotor from file do not determine the springs, see `supports`
     damping : modal damping ratio xi, one for all modes or (m,)
     kept : number of fixed-interface modes actually kept (pairs are never split)
     cyclic : whether all sectors are the same, so that diameter, rank and phase are
@@ -180,6 +187,27 @@ class ModalModel:
     def has_matrices(self) -> bool:
         """Whether M and K are known in addition to the modes."""
         return len(self.mass) == len(self.shapes)
+
+    @property
+    def terms(self) -> Spin:
+        """Terms of rotation of a rotor, which must have them."""
+        if self.spin is None:
+            raise TypeError(self)
+        return self.spin
+
+    def only(self, modes: Indices | NDArray[np.bool_], shapes: Floats) -> ModalModel:
+        """Return the body with some of its modes, without M and K.
+
+        modes : indices of the modes, or for each whether it is kept
+        shapes : (n, modes), their displacements, perhaps in other coordinates
+        """
+        names = "omega", "diameter", "rank", "phase", "centre_share"
+        kept = {name: getattr(self, name)[modes] for name in names}
+        kept["shapes"], kept["damping"] = (
+            np.ascontiguousarray(shapes),
+            self.ratios[modes],
+        )
+        return replace(self, mass=NONE, stiffness=NONE, **kept)
 
     def damping_matrix(self) -> Floats:
         """Return D = M Phi diag(2 xi omega) Phi^T M, (n, n), N s/m."""

@@ -62,8 +62,7 @@ def representable(what: str) -> Iterator[None]:
         numbers = isinstance(failed, ArithmeticError | np.linalg.LinAlgError)
         if not numbers and "infs or NaNs" not in str(failed):
             raise
-        msg = (
+        raise InputError(
             f"{what} cannot be computed in double precision with these inputs: one of "
             f"them is too large, too small or far from the others ({failed.args[-1]})"
-        )
-        raise InputError(msg) from None
+        ) from None

@@ -17,7 +17,6 @@ and reduce W and U.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any
 
@@ -39,7 +38,6 @@ from hpcwhirl.structure import (
     shell_matrices,
 )
 
-NONE = np.zeros((0, 0))
 STILL = 1e-12  # motion over the largest, at a station or of a mode, that counts as none
 
 
@@ -199,12 +197,8 @@ def at_station(
     shapes = np.vstack(seen)
     moved = np.abs(shapes).max(axis=0)
     chosen = moved > STILL * moved.max()
-    columns = ("omega", "diameter", "rank", "phase", "centre_share")
-    kept = {name: getattr(model, name)[chosen] for name in columns}
-    kept["shapes"] = np.ascontiguousarray(shapes[:, chosen])
-    damping = model.ratios[chosen]
     flat = FourierOperator(operator.harmonics, operator.radius)
-    return replace(model, mass=NONE, stiffness=NONE, damping=damping, **kept), flat
+    return model.only(chosen, shapes[:, chosen]), flat
 
 
 Table = dict[str, NDArray[Any]]
@@ -296,11 +290,10 @@ def check_lobes(file: str, content: str, lobes: int) -> None:
     """
     most = int(casing_table(file, content)["harmonic"].max())
     if lobes > most:
-        msg = (
+        raise InputError(
             f"nodal_diameter must be <= {most}, the highest harmonic of the casing of "
             f"engine.file {file}, got {lobes}"
         )
-        raise InputError(msg)
 
 
 def round_casing(

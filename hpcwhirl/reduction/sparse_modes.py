@@ -287,11 +287,10 @@ def _lift(
     solve = factored(k_ii, tell)
     condition = _condition(k_ii, solve)
     if not condition <= WORST:
-        msg = (
+        raise ModelError(
             "stiffness must hold every part while tips and centre are fixed, got a "
             f"condition number of {condition:.1e} (at most {WORST:.0e})"
         )
-        raise ModelError(msg)
     squared, modes, reach = _fixed_modes(k_ii, m_ii, solve, count)
     return _with_boundary(-solve(coupling), modes), squared, reach, condition
 

@@ -140,16 +140,14 @@ def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, 
     the mass (K_1), or relative changes of frequency (K_2); for the load, entries of k >
     0 relative to the largest. Couplings with modes left out by `recognise` count, too.
     """
-    if model.spin is None or given.spin is None:
-        raise TypeError(model)
-    own, rest = _modal(model, model.spin), _left_out(model, given)
+    own, rest, spin = _modal(model, model.terms), _left_out(model, given), given.terms
     across = {
-        name: np.abs(model.shapes.T @ getattr(given.spin, name) @ rest).max(initial=0.0)
+        name: np.abs(model.shapes.T @ getattr(spin, name) @ rest).max(initial=0.0)
         for name in ("coriolis", "stiffening")
     }
     pure = [np.zeros_like(own.coriolis) for _ in range(3)]
     for piece, (_, members) in zip(
-        model.spin.waves, _members(model, blades), strict=True
+        model.terms.waves, _members(model, blades), strict=True
     ):
         for out, block in zip(
             pure, (piece.coriolis, piece.stiffening, piece.quartic), strict=True

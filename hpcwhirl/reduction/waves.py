@@ -32,7 +32,7 @@ from hpcwhirl.reduction.modes import (
     stiffening_at,
 )
 from hpcwhirl.reduction.numbers import zero_between
-from hpcwhirl.reduction.supports import ROUND, Bearing, Support, planar
+from hpcwhirl.reduction.supports import Bearing, Support, planar
 
 WATCHED = 4.0  # ratio of the highest speed of searches to the first frequency
 SPEEDS = 101  # number of speeds at which searches compute growth
@@ -205,9 +205,7 @@ def diameter_matrices(
     of the supports, see `modes.Spin`, in coordinates of its modes at rest, in which M =
     1.
     """
-    spin = model.spin
-    if spin is None:
-        raise TypeError(piece.k)
+    spin = model.terms
     ratios = model.ratios[(model.diameter == piece.k) & (model.phase == 0)]
     stiffness = np.diag(piece.omega**2) + stiffening_at(piece, speed)
     moved, own = np.outer(piece.hub.conj(), piece.hub), spin.support.at(speed)
@@ -245,9 +243,7 @@ def turning_matrices(
     speed : Omega, rad/s
     blades : N
     """
-    spin = model.spin
-    if spin is None:
-        raise TypeError(model)
+    spin = model.terms
     damping = model.damping_matrix()
     gyro = 2 * speed * spin.coriolis
     stiffness = model.stiffness + stiffening_at(spin, speed)
@@ -418,12 +414,12 @@ def unbalance_response(
         at a critical speed without damping
     """
     gyro, damping, stiffness, push = turning_matrices(model, speed, blades)
-    held, own = stiffness + push, model.spin.support.at(speed) if model.spin else ROUND
+    held, own = stiffness + push, model.terms.support.at(speed)
     n, hub = len(held), np.s_[2 * blades : 2 * blades + 2]
     load, aside = np.zeros(n), np.zeros(n, dtype=np.complex128)
     load[hub] = force.real, force.imag
-    if model.spin is not None and model.spin.released is not None:
-        load += speed**2 * model.spin.released
+    if model.terms.released is not None:
+        load += speed**2 * model.terms.released
     if own.is_round:
         return np.asarray(np.linalg.solve(held, load)), aside
     half = speed * step

@@ -13,8 +13,7 @@ import numpy as np
 
 from hpcwhirl.errors import legible
 from hpcwhirl.scene.quantities import AXES, DERIVED, INPUTS, ROW, TRACES, variable_name
-from hpcwhirl.scene.quantity import with_unit
-from hpcwhirl.scene.units import shown_in
+from hpcwhirl.scene.units import shown_in, with_unit
 from hpcwhirl.store.atomic import make_folders, replacing, sweep_idle, telling
 from hpcwhirl.store.reading.select import value_text
 

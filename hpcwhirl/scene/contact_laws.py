@@ -1,8 +1,8 @@
 """Tables of the laws of contact and of friction between blade tips and casing.
 
 A scheme that cannot integrate a law is refused; with a layer, which wears, the scheme
-`modal` runs as `general`. `dynamics.layer` makes the kernels' arguments of a contact
-law.
+`modal` runs as `general`. The kernels' arguments of a contact law are made in
+`dynamics.operators`.
 """
 
 from __future__ import annotations

@@ -22,8 +22,8 @@ from hpcwhirl.scene.input_types import (
     as_tuple,
 )
 from hpcwhirl.scene.kept_tables import bearing_table, profile_table
-from hpcwhirl.scene.quantity import given
 from hpcwhirl.scene.rules import NO_BLADE, OF_CASING, OF_ENGINE, OF_ROTOR
+from hpcwhirl.scene.units import given
 
 # fmt: off
 

@@ -9,9 +9,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 from pydantic_core import PydanticCustomError
 
 from hpcwhirl.errors import shown
-from hpcwhirl.scene.quantity import quantity_of
 from hpcwhirl.scene.rules import AS_THE_REST, Rule
-from hpcwhirl.scene.units import in_si, measure
+from hpcwhirl.scene.units import in_si, measure, quantity_of
 
 
 def _one_zero(value: float) -> float:

@@ -15,9 +15,9 @@ from hpcwhirl.scene.engine_parts import Engine
 from hpcwhirl.scene.history import checked
 from hpcwhirl.scene.input_types import Finite, Inputs, Label, NonNegative, Positive
 from hpcwhirl.scene.kept_tables import table_over_time
-from hpcwhirl.scene.quantity import given
 from hpcwhirl.scene.rules import OF_SCENE, end_time
 from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SCHEMES, SchemeName
+from hpcwhirl.scene.units import given
 
 SpeedTable = Annotated[str, AfterValidator(partial(table_over_time, name="speed"))]
 GapTable = Annotated[str, AfterValidator(partial(table_over_time, name="gap"))]

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from hpcwhirl.scene.inputs import Scene
-from hpcwhirl.scene.quantity import Quantity, quantity_of
+from hpcwhirl.scene.units import Quantity, quantity_of
 
 
 def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -1,6 +1,6 @@
-"""Conversion of values with units, such as "0.8 mm", to SI and back, by UDUNITS.
+"""Quantities, and conversion of values with units, such as "0.8 mm", to SI and back.
 
-Plain numbers of inputs are in SI; the library is imported only for a text with a unit.
+Plain numbers of inputs are in SI; UDUNITS is imported only for a text with a unit.
 Decimal arithmetic avoids rounding: "0.8 mm" gives the same number as 0.8e-3.
 
 Tables and pictures for people are in practical units, mm and kN, or in those set by
@@ -14,11 +14,72 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
 from typing import Any, TypeVar
 
+from pydantic import Field
+
 from hpcwhirl.errors import SHOWN, nearest, one_line, shown
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Unit, meaning and symbol of an input or a result.
+
+    Attributes
+    ----------
+    unit : unit in UDUNITS and CF notation, "1" for none
+    meaning : explanation in a phrase, the long name in files
+    symbol : symbol in figures, "" for none
+    kind : type in a file: "f8", "i8", "enum", or text such as "S16", of 16 bytes
+    axes : axes of a trace in addition to case and sample
+    rules : further explanation of an input; "" for none
+    """
+
+    unit: str
+    meaning: str
+    symbol: str = ""
+    kind: str = "f8"
+    axes: tuple[str, ...] = ()
+    rules: str = ""
+
+    def labelled(self, name: str) -> str:
+        """Return a name, such as that of a variable, followed by the unit, if any."""
+        return with_unit(name, self.unit)
+
+
+def with_unit(text: str, unit: str, sign: str = ", ") -> str:
+    """Return `text`, `sign` and `unit`, such as "gap, m"; text alone without a unit.
+
+    sign : separator; a unit "" or "1" is none
+    """
+    return text if unit in {"", "1"} else f"{text}{sign}{unit}"
+
+
+def given(
+    default: Any, unit: str, told: str, *, symbol: str = "", **limits: Any
+) -> Any:
+    """Return the pydantic field of an input, with its `Quantity` as metadata.
+
+    Parameters
+    ----------
+    default : default value
+    unit, symbol : see `Quantity`
+    told : the input's meaning and, after a semicolon, further explanation
+    limits : arguments of `pydantic.Field` such as ``gt=0``
+    """
+    meaning, _, rules = told.partition("; ")
+    field = Field(default, description=told, **limits)
+    field.metadata.append(Quantity(unit, meaning, symbol, rules=rules))
+    return field
+
+
+def quantity_of(field: Any) -> Quantity:
+    """Return the `Quantity` that `given` has stored in an input's pydantic field."""
+    return next(told for told in field.metadata if isinstance(told, Quantity))
+
 
 MEASURE = re.compile(
     r"\s*((?>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))\s*((?:1/|[^\s\d]).*?)\s*"

@@ -29,7 +29,7 @@ from hpcwhirl.errors import (
     unwritable,
 )
 from hpcwhirl.scene.quantities import ARRAYS, AXES
-from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.units import Quantity
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.atomic import make_folders, replacing
 

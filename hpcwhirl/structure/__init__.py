@@ -10,7 +10,7 @@ rotation of a bladed disk (Coriolis, stiffening, softening) use the same element
 """
 
 from hpcwhirl.structure.bladed_disk import blade_stiffness, bladed_disk
-from hpcwhirl.structure.elements import CyclicStructure
+from hpcwhirl.structure.elements import CyclicStructure, Tilt
 from hpcwhirl.structure.fourier import (
     FourierOperator,
     Sines,
@@ -21,7 +21,6 @@ from hpcwhirl.structure.fourier import (
 )
 from hpcwhirl.structure.ring import RingOperator, ring
 from hpcwhirl.structure.rotation import Rotation, rotation_of
-from hpcwhirl.structure.tilting import Tilt
 
 __all__ = [
     "CyclicStructure",

@@ -11,8 +11,14 @@ from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Rotor
 from hpcwhirl.scene.rules import NO_BLADE
-from hpcwhirl.structure.elements import CyclicStructure, Section, add_block, beam, turn
-from hpcwhirl.structure.tilting import tilt_of
+from hpcwhirl.structure.elements import (
+    CyclicStructure,
+    Section,
+    add_block,
+    beam,
+    tilt_of,
+    turn,
+)
 
 NODE = 3  # DoF of a node: radial, tangential, rotation
 GHOST = 1e-6  # share of mass and of stiffness that a lost blade keeps in the model
@@ -123,11 +129,10 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
     """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     if blades * size > MOST_DOF:
-        msg = (
+        raise InputError(
             f"rotor.blades and rotor.elements must lead to at most {MOST_DOF} degrees "
             f"of freedom, 3 blades (elements + 1), got {blades * size}"
         )
-        raise InputError(msg)
     centre = (blades * size, blades * size + 1) if rotor.centre == "free" else ()
     total = blades * size + 2  # the centre is assembled, then dropped if clamped
     matrices = np.zeros((total, total)), np.zeros((total, total))

@@ -158,6 +158,17 @@ class FourierOperator:
         tangential[:, self.tangential] = parts.reshape(len(angles), -1)
         return radial, tangential
 
+    def turned(self, x: Floats, angle: float) -> Floats:
+        """Return coordinates in axes turned by an angle, rad, (size,).
+
+        x : (size,), those in the axes that are not turned
+        """
+        out = x.reshape(-1, self.width).copy()
+        h = np.arange(1, out.shape[1] // 2 + 1)
+        waves = (out[:, 1::2] - 1j * out[:, 2::2]) * np.exp(1j * h * angle)
+        out[:, 1::2], out[:, 2::2] = waves.real, -waves.imag
+        return out.ravel()
+
     def _in_the_middle(self, harmonic: int, *, sine: bool) -> Floats:
         """Return the row (size,) from coordinates to an amplitude of w at zeta = 0.
 

@@ -48,8 +48,10 @@ class RingOperator:
         """Arc length of an element, m."""
         return 2 * np.pi * self.radius / self.elements
 
-    def rows(self, angles: Floats) -> tuple[Floats, Floats]:
+    def rows(self, angles: Floats, _: object = None) -> tuple[Floats, Floats]:
         """Return the matrices from the DoF to displacements w and u at m angles, rad.
+
+        They are the same at all axial places, which a second argument may give.
 
         Returns
         -------
@@ -66,6 +68,21 @@ class RingOperator:
             radial[np.arange(len(angles)), node + 2] += shapes[local]
             tangential[np.arange(len(angles)), node] += shapes[local]
         return radial, tangential
+
+    def turned(self, x: Floats, angle: float) -> Floats:
+        """Return nodal displacements in axes turned by an angle, rad, (4 elements,).
+
+        They are turned by a Fourier transform. Matrices of a ring of equal elements are
+        circulant, so that no energy is lost, except for that of the shortest wave if
+        the number of elements is even.
+
+        x : (4 elements,), those in the axes that are not turned
+        """
+        nodes = x.reshape(-1, NODE)
+        waves = np.fft.rfft(nodes, axis=0)
+        h = np.arange(len(waves))[:, None]
+        shifted = np.fft.irfft(waves * np.exp(1j * h * angle), len(nodes), axis=0)
+        return np.asarray(shifted).ravel()
 
     def _points(self) -> tuple[Floats, Floats]:
         """Return angles, rad, and weights, m, of the Gauss points of all elements.

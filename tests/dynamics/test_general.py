@@ -23,10 +23,9 @@ from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor, UncoupledRotor
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.mode_waves import mode_waves
+from hpcwhirl.dynamics.mode_waves import _items, delassus, mode_waves
 from hpcwhirl.dynamics.operators import pulse_load
 from hpcwhirl.dynamics.timestep import recursion
-from hpcwhirl.dynamics.tips import _items, delassus
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.store.hdf5 import write_arrays
@@ -388,7 +387,7 @@ def test_the_bound_of_the_certificate_is_one_of_each_blade(modes, share):
     own = march.coast.ring.own
     if modes == slice(None):
         ring[:2, :, own] = random.normal(size=(2, 2, len(own))) * 1e-7
-    coast = FreeDecay(march.scheme, 7, march.scene.solver.time_step)
+    coast = FreeDecay(march.scheme)
     bound = coast.bound(march.state)[0].sum(axis=1)
     assert len(bound) == 7
     most = np.zeros(7)

@@ -14,7 +14,7 @@ from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines
 from hpcwhirl.scene import Rotor, apply_settings
 from hpcwhirl.structure import bladed_disk
-from hpcwhirl.structure.tilting import shaft_stiffness
+from hpcwhirl.structure.elements import shaft_stiffness
 
 # L_1 0.6, L_2 0.4, d 0.05 m, E 2.11e11 Pa, m 60, I_d 1.5, I_p 3, Omega 300 rad/s
 OVERHUNG = {

@@ -18,7 +18,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor, WholeRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
-from hpcwhirl.dynamics.schemes import modal, whole
+from hpcwhirl.dynamics.schemes import by_sectors, modal
 from hpcwhirl.dynamics.turning import by_diameter, turning
 from hpcwhirl.dynamics.turning_waves import Flow, diameters_of
 from hpcwhirl.dynamics.whole_waves import whole_waves
@@ -206,7 +206,7 @@ def test_modal_hands_over_what_is_not_told_apart(given):
 def test_the_bound_of_the_certificate_is_reached_by_a_single_wave(wave):
     # and it bounds every later gap; wave: nodal diameter, place among its waves
     march = march_of(scheme="modal", gap=1.0, force=0.0, speed=300.0, duration=0.05)
-    coast = FreeDecay(march.scheme, 5, march.scene.solver.time_step)
+    coast = FreeDecay(march.scheme)
     own = diameters_of(march.model, march.scene)[wave[0]]
     slots, wide = widths(5)
     chosen = np.argsort(np.abs(own.ahead))[wave[1]]
@@ -225,7 +225,7 @@ def test_no_certificate_of_a_rotor_whose_free_motion_grows():
     beyond = {"speed": 900.0, "damping": 0.02, "engine.rotor.suspension_damping": 0.02}
     march = march_of(scheme="modal", gap=1.0, duration=0.05, **beyond)
     assert largest_growth(march.model.rotor, 5, 900.0) > 0.0
-    assert not FreeDecay(march.scheme, 5, march.scene.solver.time_step).possible
+    assert not FreeDecay(march.scheme).possible
     assert march.coast is None
 
 
@@ -282,7 +282,7 @@ def test_contact_moves_the_tips_that_are_not_read_again(monkeypatch):
         spaces.append(general_space(*given))
         return spaces[-1]
 
-    monkeypatch.setattr(whole, "general_space", kept)
+    monkeypatch.setattr(by_sectors, "general_space", kept)
     march = march_of(scheme="whole", gap=3e-5, nodal_diameter=1)
     places = [place_of(j, 5, widths(5)[1]) for j in range(5)]
     checked = 0

@@ -94,7 +94,7 @@ def test_the_bound_of_the_certificate_is_one_of_each_blade(wave, share, unbalanc
         size[:, np.delete(slow, wave)] = 0.0
     march.state.rotor[: len(slow)] = size[0]
     march.state.rotor[own.half :][: len(slow)] = size[1]
-    coast = FreeDecay(march.scheme, 5, march.scene.solver.time_step)
+    coast = FreeDecay(march.scheme)
     bound = coast.bound(march.state)[0].sum(axis=1)
     assert coast.possible
     assert bound.shape == (5,)
@@ -110,7 +110,7 @@ def test_a_lost_blade_bounds_nothing():
         gap=1.0, lost_blade=2, duration=0.05, speed=100.0, force=0.0,
         amplitude_limit=10.0, kind="rigid",
     )  # fmt: skip
-    coast = FreeDecay(march.scheme, 5, march.scene.solver.time_step)
+    coast = FreeDecay(march.scheme)
     march.state.rotor[:] = 1e-6
     bound = coast.bound(march.state)[0].sum(axis=1)
     assert bound[2] == 0.0
@@ -126,7 +126,7 @@ def test_a_lost_blade_bounds_nothing():
 )
 def test_no_certificate_where_motion_may_last(given):
     march = march_of(gap=1.0, duration=0.05, **given)
-    coast = FreeDecay(march.scheme, 5, march.scene.solver.time_step)
+    coast = FreeDecay(march.scheme)
     assert not coast.possible
     assert march.coast is None
 

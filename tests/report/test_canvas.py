@@ -10,8 +10,7 @@ import hpcwhirl
 from hpcwhirl.report import canvas
 from hpcwhirl.report.canvas import tell_in_units
 from hpcwhirl.scene.quantities import AXES, INPUTS, ROW, TRACES
-from hpcwhirl.scene.quantity import with_unit
-from hpcwhirl.scene.units import showing
+from hpcwhirl.scene.units import showing, with_unit
 
 REPORT = Path(hpcwhirl.__file__).parent / "report"
 

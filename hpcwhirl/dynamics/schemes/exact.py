@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.schemes.equal_sectors import (
+from hpcwhirl.dynamics.schemes.by_sectors import (
     cyclic_modes,
     has_waves,
     is_cyclic,
@@ -28,25 +28,22 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
         return cyclic_modes(model, scene, beat)
     march = waves_apart(model, scene, beat)
     if march is None:
-        msg = (
+        raise InputError(
             "scheme exact cannot tell apart two waves of this rotor, which nearly "
             f"coincide at its speed: scheme must be {either(STEPWISE)} here, "
             "got 'exact'"
         )
-        raise InputError(msg)
     return march
 
 
 def _check(model: Model) -> None:
     """Raise InputError for a rotor, casing or damping that the scheme cannot treat."""
     if not is_cyclic(model) and not has_waves(model):
-        msg = (
+        raise InputError(
             "scheme exact needs three or more equal blades and a ring of harmonics or "
             f"a rigid casing: scheme must be {either(STEPWISE)} here, got 'exact'"
         )
-        raise InputError(msg)
     bodies = [body for body in (model.rotor, model.casing) if body is not None]
     worst = max(float(body.ratios.max()) for body in bodies)
     if not worst < 1.0:
-        msg = f"scheme exact needs damping < 1 in every mode, got {worst:g}"
-        raise InputError(msg)
+        raise InputError(f"scheme exact needs damping < 1 in every mode, got {worst:g}")

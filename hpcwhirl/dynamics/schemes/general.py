@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -14,29 +14,22 @@ from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.differences import CENTRAL
 from hpcwhirl.dynamics.kernels.general import (
     general_space,
     march_general,
     settle_general,
 )
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, BodiesState
-from hpcwhirl.dynamics.layer import wears
+from hpcwhirl.dynamics.kernels.kernel_types import BodiesState, CyclicState
+from hpcwhirl.dynamics.mode_waves import general_rotor, unequal_arrays
 from hpcwhirl.dynamics.motion import FreeSteps, Motion, modal_steps
-from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays
-from hpcwhirl.dynamics.schemes.integrator import Integrator, at_rest
-from hpcwhirl.dynamics.schemes.rotating_frame import (
-    ModePlaces,
-    Rotating,
-    in_rotating_frame,
-)
+from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays, wears
+from hpcwhirl.dynamics.schemes.integrator import Integrator, with_space
+from hpcwhirl.dynamics.schemes.rotating_frame import Ended, ModePlaces, RotatingFrame
 from hpcwhirl.dynamics.schemes.two_bodies import (
     Coordinates,
+    TwoBodies,
     modal_coordinates,
-    started,
-    two_bodies,
 )
-from hpcwhirl.dynamics.tips import general_rotor, unequal_arrays
 from hpcwhirl.dynamics.turning import by_diameter, turning
 from hpcwhirl.dynamics.varying import DrivenRotor, DrivenSteps, driven
 from hpcwhirl.reduction.model import Model
@@ -52,108 +45,114 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
     layer wears; otherwise in the rotating frame.
     """
     if model.rotor.spin is not None:
-        return (_driven if law_of(scene) else _spinning)(model, scene)
+        return (_Driven if law_of(scene) else _Spinning)(model, scene)
     apart = isinstance(model.ring, RingOperator) or model.rotor.points is not None
     if apart or wears(scene):
-        return two_bodies(model, scene, modal_arrays(model, scene))
-    rotor = general_rotor(model, scene)
-    return _turning(model, scene, unequal_arrays(model, scene, rotor))
+        return TwoBodies(model, scene, modal_arrays(model, scene))
+    return _RealModes(model, scene)
 
 
-def _spinning(model: Model, scene: Scene) -> Integrator:
-    """Return the integrator of a rotor whose modes are coupled by rotation.
+class _Spinning(TwoBodies):
+    """Integrator of a rotor whose modes are coupled by rotation.
 
     With an unbalance, the amplitudes are those of the displacement less x_s, that of
     the circle without contact, see `case.unbalance`.
     """
-    body, order = model.rotor, by_diameter(model.rotor)[0]
-    step, shapes = scene.solver.time_step, model.rotor.shapes[:, order]
-    own, still = turning(model, scene, shapes), circle(model, scene)
-    held = Coordinates(
-        FreeSteps(own.keep, own.pull, step), shapes, lambda: shapes.T @ body.mass,
-        np.zeros(len(shapes)) if still is None else still,
-    )  # fmt: skip
-    whole = two_bodies(
-        model, scene, modal_arrays(model, scene),
-        (held, modal_coordinates(model.casing, step)),
-    )  # fmt: skip
-    if still is None:
-        return whole
 
-    def motion(state: BodiesState, steps: int) -> Motion:
-        swung = steady_at(model, scene, steps * step) - still
-        now = whole.motion(state, steps)
+    def __init__(self, model: Model, scene: Scene) -> None:
+        body, order = model.rotor, by_diameter(model.rotor)[0]
+        step, shapes = scene.solver.time_step, model.rotor.shapes[:, order]
+        own, still = turning(model, scene, shapes), circle(model, scene)
+        self.still = still
+        held = Coordinates(
+            FreeSteps(own.keep, own.pull, step), shapes, lambda: shapes.T @ body.mass,
+            np.zeros(len(shapes)) if still is None else still,
+        )  # fmt: skip
+        both = held, modal_coordinates(model.casing, step)
+        super().__init__(model, scene, modal_arrays(model, scene), both)
+        if still is not None:
+            lift = (share_at_start(model, scene) - 1.0) * held.lower()
+            now, before = (lift @ steady_at(model, scene, t) for t in (0.0, -step))
+            self.put_on_circle(now, now - before)
+
+    def motion(self, state: BodiesState, steps: int) -> Motion:
+        """Return the motion in a state, with the unbalanced rotor's orbit."""
+        now = super().motion(state, steps)
+        if self.still is None:
+            return now
+        time = steps * self.scene.solver.time_step
+        swung = steady_at(self.model, self.scene, time) - self.still
         return now._replace(rotor=now.rotor + swung)
 
-    less = share_at_start(model, scene) - 1.0
-    lift = less * held.lower()
-    now, before = (lift @ steady_at(model, scene, time) for time in (0.0, -step))
-    return replace(started(whole, model, scene, now, now - before), motion=motion)
 
+class _Driven(TwoBodies):
+    """Integrator of a rotor whose speed changes, see `dynamics.varying`."""
 
-def _driven(model: Model, scene: Scene) -> Integrator:
-    """Return the integrator of a rotor whose speed changes, see `dynamics.varying`."""
-    step, own = scene.solver.time_step, DrivenRotor(model, scene)
-    plain, mass = modal_arrays(model, scene), model.rotor.mass
-    body = driven(plain.rotor, own)
-    arrays, mu = plain._replace(rotor=body), friction_with_sign(scene)
-    steps, none = DrivenSteps(own, body, step), np.zeros(len(own.shapes))
-    held = Coordinates(steps, own.shapes, lambda: own.shapes.T @ mass, none)
-    whole = two_bodies(
-        model, scene, arrays, (held, modal_coordinates(model.casing, step))
-    )
-    steady = circle(model, scene)
+    def __init__(self, model: Model, scene: Scene) -> None:
+        step, own = scene.solver.time_step, DrivenRotor(model, scene)
+        plain, mass = modal_arrays(model, scene), model.rotor.mass
+        body = driven(plain.rotor, own)
+        self.own, self.steps = own, DrivenSteps(own, body, step)
+        none = np.zeros(len(own.shapes))
+        held = Coordinates(self.steps, own.shapes, lambda: own.shapes.T @ mass, none)
+        both = held, modal_coordinates(model.casing, step)
+        super().__init__(model, scene, plain._replace(rotor=body), both)
+        self.steady = circle(model, scene)
+        if self.steady is not None:
+            still = held.lower() @ self.steady
+            less = (share_at_start(model, scene) - 1.0) * still
+            first = np.concatenate([less, still[own.alike]])
+            self.put_on_circle(first, 0.0 * first)
 
-    def begin(motion: Motion) -> bool:
-        state = whole.state
-        whole.begin(motion)
-        steps.set_out(state, held.lower() @ motion.rotor_velocity)
-        state.ledger[PULSE] = whole.balance(state).energy
+    def begin(self, motion: Motion) -> bool:
+        """Set the state to a motion at angle 0 and time 0."""
+        state = self.state
+        super().begin(motion)
+        self.steps.set_out(state, self.held[0].lower() @ motion.rotor_velocity)
+        state.ledger[PULSE] = self.balance(state).energy
         return True
 
-    def refresh(state: BodiesState | None, now: Interval) -> None:
-        before = whole.balance(state).energy if state else 0.0
-        own.set(body, now)
-        arrays.contact.w_rotor[:] = own.compliance(body, mu)
+    def refresh(self, state: BodiesState | None, now: Interval) -> None:
+        """Set the rotor's arrays for an interval of speed; keep the ledger closed."""
+        before = self.balance(state).energy if state else 0.0
+        body, contact = self.arrays.rotor, self.arrays.contact
+        self.own.set(body, now)
+        mu = friction_with_sign(self.scene)
+        contact.w_rotor[:] = self.own.compliance(body, mu)
         if not state:
             return
-        if state.counter[STEP] == 0 and steady is not None:  # at rest, see `started`
-            steps.set_out(state, np.zeros(len(own.order)))
-        state.ledger[PULSE] += whole.balance(state).energy - before
+        if state.counter[STEP] == 0 and self.steady is not None:  # at rest
+            self.steps.set_out(state, np.zeros(len(self.own.order)))
+        state.ledger[PULSE] += self.balance(state).energy - before
 
-    def motion(state: BodiesState, steps: int) -> Motion:
-        now = state._replace(q_b=own.whole(state.q_b), d_b=own.whole(state.d_b))
-        return whole.motion(now, steps)
-
-    if steady is not None:
-        still = held.lower() @ steady
-        less = (share_at_start(model, scene) - 1.0) * still
-        first = np.concatenate([less, still[own.alike]])
-        whole = started(whole, model, scene, first, 0.0 * first)
-    return replace(whole, refresh=refresh, motion=motion, begin=begin)
+    def motion(self, state: BodiesState, steps: int) -> Motion:
+        """Return the motion in a state, that by contact and that without."""
+        whole = self.own.whole
+        now = state._replace(q_b=whole(state.q_b), d_b=whole(state.d_b))
+        return super().motion(now, steps)
 
 
-def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
-    """Return the integrator of real modes in the rotating frame.
+class _RealModes(RotatingFrame):
+    """Integrator of real modes in the rotating frame.
 
     The casing is a ring of harmonics, or rigid.
-
-    arrays : constant arrays of the kernel `general`
     """
-    c_b, c_c, own = arrays.rotor.items, arrays.casing.items, len(model.rotor.omega)
-    k, modes = widths(model.blades)[0], len(c_b) // passes.ITEMS
-    ring = passes.RING_STATE * (len(c_c) // passes.ITEMS)
-    sizes = passes.ROTOR_STATE * modes, ring, 2 * modes + 4 * k, 3 * modes
-    state_at_rest = at_rest(model.blades, scene.gap, sizes)
-    places = ModePlaces(
-        modal_steps(model.rotor, scene.solver.time_step, exact=False),
-        lambda part: part[:own].copy(),
-        lambda q: np.pad(q, (0, modes - own)),
-    )
-    kernel = Rotating(
-        march_general,
-        lambda: general_space(arrays, state_at_rest),
-        lambda state, copies: settle_general(c_b, c_c, state, copies),
-        CENTRAL,
-    )
-    return in_rotating_frame(model, scene, arrays, state_at_rest, places, kernel)
+
+    def __init__(self, model: Model, scene: Scene) -> None:
+        arrays = unequal_arrays(model, scene, general_rotor(model, scene))
+        modes, own = len(arrays.rotor.items) // passes.ITEMS, len(model.rotor.omega)
+        sums = 2 * modes + 4 * widths(model.blades)[0], 3 * modes
+        places = ModePlaces(
+            modal_steps(model.rotor, scene.solver.time_step, exact=False),
+            lambda part: part[:own].copy(),
+            lambda q: np.pad(q, (0, modes - own)),
+        )
+        sizes = passes.ROTOR_STATE * modes, *sums
+        super().__init__(model, scene, arrays, sizes, places)
+
+    def _kernel(self) -> Any:
+        return with_space(march_general, lambda: general_space(self.arrays, self.state))
+
+    def _settle(self, state: CyclicState, copies: Ended) -> None:
+        c_b, c_c = self.arrays.rotor.items, self.arrays.casing.items
+        settle_general(c_b, c_c, state, copies)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.dynamics.casing import waves_of_rigid
+from hpcwhirl.dynamics.casing import waves_of_rigid, waves_of_ring
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known
@@ -20,8 +20,6 @@ from hpcwhirl.dynamics.kernels.vectors import all_aligned
 from hpcwhirl.dynamics.motion import Amplitudes, Motion
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-
-Ended = tuple[Floats, Floats, Floats, Floats]
 
 
 class Balance(NamedTuple):
@@ -42,49 +40,85 @@ class Balance(NamedTuple):
     impact: float = 0.0
 
 
-@dataclass(frozen=True)
-class Integrator:
-    """A kernel, its arguments, and functions that read and set its state.
+class Integrator(ABC):
+    """A kernel, its arguments, and methods that read and set its state.
 
     Attributes
     ----------
+    model, scene : model and scene that are integrated
     kernel : function that takes `steps` steps; `kernels.bodies.march_bodies` explains
         its arguments
     arrays : constant arrays, an argument of the kernel
     state : state at rest, a `kernels.kernel_types.BodiesState` or `CyclicState`
-    balance : state -> `Balance`, the terms that complete the ledger in the state
-    motion : (state, steps) -> `motion.Motion` of all sectors, at the angle of the
-        step; with an unbalance it includes the circle, see `case.unbalance`
-    begin : `motion.Motion` at the angle 0 -> True; sets the state to it, at time 0, and
-        enters its energy as work of the loading. If a model of one sector cannot
-        represent the motion: False, and nothing changes
     casing_width : number of casing coordinates that the kernel stores per sample
-    casing_waves : (stored casing coordinates (n, width), steps between samples) ->
-        `history.History.casing`
-    refresh : (state or None, `case.speed.Interval`) -> None; sets the arrays for an
-        interval of a changing speed, and adapts the state; None if a changing speed
-        changes only arguments of the kernel
-    release : (state, displacement (n,), m, steps) -> None; adds the displacement that a
-        casing has when it is let go; None if another scheme integrates such cases
-    ended : state -> copies of the arrays of rotor, ring and their sums, in which the
-        pending step is completed; None for kernels that leave no step pending
+    of_modes : whether these are amplitudes of modes, else displacements
     jitter : energy, J, and squared distance of the centre from the circle, m^2, that
         round-off adds in a step to the motion of an unbalanced rotor, see
         `dynamics.turning`; 0 for states that have the motion about the circle
     """
 
     kernel: Callable[..., Any]
-    arrays: Arrays
-    state: Any
-    balance: Callable[[Any], Balance]
-    motion: Callable[[Any, int], Motion]
-    begin: Callable[[Motion], bool]
     casing_width: int
-    casing_waves: Callable[[Floats, int], Floats]
-    release: Callable[[Any, Floats, int], None] | None = None
-    ended: Callable[[CyclicState], Ended] | None = None
-    refresh: Callable[[Any, Interval], None] | None = None
-    jitter: tuple[float, float] = (0.0, 0.0)
+    of_modes = True
+    jitter = (0.0, 0.0)
+
+    def __init__(self, model: Model, scene: Scene, arrays: Arrays, state: Any) -> None:
+        self.model, self.scene, self.arrays, self.state = model, scene, arrays, state
+
+    @abstractmethod
+    def balance(self, state: Any) -> Balance:
+        """Return the terms that complete the ledger in a state."""
+
+    @abstractmethod
+    def motion(self, state: Any, steps: int) -> Motion:
+        """Return the motion of all sectors in a state, at the angle of step `steps`.
+
+        With an unbalance it includes the circle, see `case.unbalance`.
+        """
+
+    @abstractmethod
+    def begin(self, motion: Motion) -> bool:
+        """Set the state to a motion at angle 0 and time 0; return whether it could be.
+
+        The energy of the motion is entered as work of the loading. If a model of one
+        sector cannot represent the motion, nothing changes.
+        """
+
+    def casing_waves(self, copies: Floats, stride: int) -> Floats:
+        """Return the casing's harmonics, as in `history.History.casing`, from samples.
+
+        copies : (n, casing_width), stored casing coordinates. The shape of a rigid
+            casing depends on time alone, so that they are not used
+        stride : steps between samples
+        """
+        if self.model.casing is None:
+            return waves_of_rigid(self.model, self.scene, len(copies), stride)
+        values = self._static(copies, stride)
+        return waves_of_ring(self.model, values, of_modes=self.of_modes)
+
+    def _static(self, copies: Floats, _: int) -> Floats:
+        """Return the samples of an elastic casing in the static frame, as given here.
+
+        copies, _ : as for `casing_waves`
+        """
+        return copies
+
+    def refresh(self, state: Any, now: Interval) -> None:  # noqa: B027 - often nothing
+        """Set the arrays for an interval of a changing speed, and adapt the state.
+
+        Nothing is to be done here if the speed changes only arguments of the kernel.
+
+        state : state that is adapted, or None
+        """
+
+    def release(self, state: Any, places: Floats, steps: int) -> None:
+        """Add to a state at step `steps` the displacement of a casing that is let go.
+
+        A scheme without this method integrates no such cases.
+
+        places : (n,), m, in the casing's coordinates
+        """
+        raise NotImplementedError
 
 
 def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> CyclicState:
@@ -143,16 +177,3 @@ def unfold(model: Model, found: Amplitudes, places: Floats | None = None) -> Mot
     if places is not None:
         rotor = rotor + places
     return Motion(rotor, velocity, beside @ found.casing, beside @ found.casing_rate)
-
-
-def reader(
-    model: Model, scene: Scene, of_ring: Callable[[Floats, int], Floats]
-) -> Callable[[Floats, int], Floats]:
-    """Return the function that gives a casing's harmonics, `Integrator.casing_waves`.
-
-    of_ring : this function for an elastic casing. The shape of a rigid casing depends
-        on time alone, so that the stored samples are not used.
-    """
-    if model.casing is not None:
-        return of_ring
-    return lambda copies, stride: waves_of_rigid(model, scene, len(copies), stride)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.layer import wears
+from hpcwhirl.dynamics.operators import wears
 from hpcwhirl.dynamics.schemes import general
-from hpcwhirl.dynamics.schemes.equal_sectors import cyclic_modes, is_cyclic, waves_apart
+from hpcwhirl.dynamics.schemes.by_sectors import (
+    cyclic_modes,
+    is_cyclic,
+    waves_apart,
+    whole_apart,
+)
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.schemes.several_points import points_apart
-from hpcwhirl.dynamics.schemes.whole import whole_apart
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 

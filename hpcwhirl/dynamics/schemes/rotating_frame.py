@@ -8,20 +8,20 @@ present one, since dissipation and works of a step depend on their sum.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.case.speed import angle_at
+from hpcwhirl.case.speed import Interval, angle_at
 from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.casing import waves_of_modes
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.differences import Central
+from hpcwhirl.dynamics.kernels.differences import CENTRAL, Central
 from hpcwhirl.dynamics.kernels.flow import Exact
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
 from hpcwhirl.dynamics.kernels.stepping import column_sums, energies_of
@@ -36,17 +36,12 @@ from hpcwhirl.dynamics.motion import (
     modal_steps,
 )
 from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.schemes.integrator import (
-    Balance,
-    Ended,
-    Integrator,
-    reader,
-    unfold,
-    with_space,
-)
+from hpcwhirl.dynamics.schemes.integrator import Balance, Integrator, at_rest, unfold
 from hpcwhirl.dynamics.slots import ring_amplitudes, ring_slots, ring_turned, turn_ring
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+
+Ended = tuple[Floats, Floats, Floats, Floats]  # rotor, ring and sums, step completed
 
 
 class RotorPlaces(Protocol):
@@ -196,23 +191,42 @@ def nothing_booked(state: CyclicState, *, exact: bool) -> None:
         state.counter[contact.ENDED] = 0
 
 
-class Rotating(NamedTuple):
-    """A kernel in the rotating frame, and the functions that read its states.
+class RotatingFrame(Integrator):
+    """Integrator of a kernel in the rotating frame.
 
     Attributes
     ----------
-    march, space : the kernel, and a function that makes its last argument
-    settle : (state, copies) -> None; completes the state's pending step in copies of
-        rotor, ring and their sums
-    way : how its steps end, see `kernels.stepping`
-    beside : whether the gaps in the state leave out the rotor's displacement
+    rotor, ring : layouts of the two bodies' motions in a state
+    way : how steps end, see `kernels.stepping`
+    beside : whether the gaps in a state leave out the rotor's displacement
     """
 
-    march: Any
-    space: Callable[[], Any]
-    settle: Callable[[CyclicState, Ended], None]
-    way: Central | Exact
-    beside: bool = False
+    way: Central | Exact = CENTRAL
+    beside = False
+
+    def __init__(
+        self,
+        model: Model,
+        scene: Scene,
+        arrays: Arrays,
+        sizes: tuple[int, int, int],
+        rotor: RotorPlaces,
+    ) -> None:
+        ring = passes.RING_STATE * (len(arrays.casing.items) // passes.ITEMS)
+        of_rotor, lam, sums = sizes  # lengths of the state's arrays
+        state = at_rest(model.blades, scene.gap, (of_rotor, ring, lam, sums))
+        super().__init__(model, scene, arrays, state)
+        self.kernel, self.casing_width = self._kernel(), ring // 3
+        self.rotor, self.ring = rotor, RingPlaces(model, scene, arrays.casing.items)
+        self.places = circle(model, scene)
+
+    @abstractmethod
+    def _kernel(self) -> Any:
+        """Return the time loop with its work space."""
+
+    @abstractmethod
+    def _settle(self, state: CyclicState, copies: Ended) -> None:
+        """Complete a state's pending step in copies of rotor, ring and their sums."""
 
     def ended(self, state: CyclicState) -> Ended:
         """Return copies of rotor, ring and sums, with all contact forces applied."""
@@ -220,119 +234,63 @@ class Rotating(NamedTuple):
             np.zeros_like(state.rotor), np.zeros_like(state.ring),
             state.sums_b.copy(), state.sums_c.copy(),
         )  # fmt: skip
-        self.settle(state, copies)
+        self._settle(state, copies)
         return copies
 
-
-def in_rotating_frame(
-    model: Model,
-    scene: Scene,
-    arrays: Arrays,
-    state: CyclicState,
-    rotor: RotorPlaces,
-    own: Rotating,
-) -> Integrator:
-    """Return the integrator of a kernel in the rotating frame.
-
-    Parameters
-    ----------
-    model, scene : model and scene that are integrated
-    arrays, state : constant arrays of the kernel; its state at rest
-    rotor : layout of the rotor's motion in the state
-    own : the kernel, and the functions that read its states
-    """
-    ring = RingPlaces(model, scene, arrays.casing.items)
-    balance = _balance(arrays, scene, own)
-    motion, begin = _motions(state, rotor, ring, own, balance)
-
-    def release(state: CyclicState, places: Floats, steps: int) -> None:
-        body = model.casing
-        if body is None:
-            raise TypeError(body)
-        ring.add(state.ring, lowering(body, model.shapes[1]) @ places, steps)
-
-    def read(copies: Floats, stride: int) -> Floats:
-        steps = stride * np.arange(1.0, len(copies) + 1)
-        angles = np.asarray(angle_at(scene, steps, scene.solver.time_step))
-        return waves_of_modes(model, ring_amplitudes(model, copies, angles))
-
-    return Integrator(
-        kernel=with_space(own.march, own.space),
-        arrays=arrays,
-        state=state,
-        balance=balance,
-        motion=motion,
-        begin=begin,
-        casing_width=len(state.ring) // 3,
-        casing_waves=reader(model, scene, read),
-        release=release,
-        ended=own.ended,
-        refresh=lambda state, now: turn_ring(
-            model, scene, arrays.casing.items, state, model.folds * now.turn
-        ),
-    )
-
-
-def _balance(
-    arrays: Arrays, scene: Scene, own: Rotating
-) -> Callable[[CyclicState], Balance]:
-    """Return a function from a kernel's state to the terms of its energy balance.
-
-    arrays, own : constant arrays of the kernel; the kernel, and what reads its states
-    """
-    step, friction = scene.solver.time_step, friction_with_sign(scene)
-    waves = isinstance(arrays.rotor, WaveRotor | WholeRotor | UncoupledRotor)
-
-    def balance(state: CyclicState) -> Balance:
-        s_b, s_c, sums_b, sums_c = own.ended(state)
-        odd, c_c = int(state.counter[contact.STEP] & 1), arrays.casing.items
-        energies = energies_of(arrays.rotor, own.way, s_b, s_c, c_c, odd, step)
-        rotation, impact, drag, loss = column_sums(own.way, sums_b, sums_c, step)
-        if waves:  # the sum is what contact has added to energy and loss
-            loss -= energies[0]
+    def balance(self, state: CyclicState) -> Balance:
+        """Return the terms of the energy balance of a state."""
+        s_b, s_c, sums_b, sums_c = self.ended(state)
+        step, rotor = self.scene.solver.time_step, self.arrays.rotor
+        odd, c_c = int(state.counter[contact.STEP] & 1), self.arrays.casing.items
+        energies = energies_of(rotor, self.way, s_b, s_c, c_c, odd, step)
+        rotation, impact, drag, loss = column_sums(self.way, sums_b, sums_c, step)
+        if isinstance(rotor, WaveRotor | WholeRotor | UncoupledRotor):
+            loss -= energies[0]  # the sum is what contact has added to energy and loss
+        friction = friction_with_sign(self.scene)
         return Balance(sum(energies), loss, rotation, friction * drag, impact)
 
-    return balance
+    def motion(self, state: CyclicState, steps: int) -> Motion:
+        """Return the motion of all sectors in a state, with the circle."""
+        s_b, s_c, _, _ = self.ended(state)
+        now = *self.rotor.read(s_b, steps & 1), *self.ring.read(s_c, steps)
+        return unfold(self.model, Amplitudes(*now), self.places)
 
-
-def _motions(
-    state: CyclicState,
-    rotor: RotorPlaces,
-    ring: RingPlaces,
-    own: Rotating,
-    balance: Callable[[CyclicState], Balance],
-) -> tuple[Callable[[CyclicState, int], Motion], Callable[[Motion], bool]]:
-    """Return two functions: one reads a state's motion, the other sets a state to one.
-
-    rotor, ring : layouts of the two bodies' motions in the state
-    own, balance : the kernel, and what reads its states; result of `_balance`
-    """
-    model, scene = ring.model, ring.scene
-    places = circle(model, scene)
-
-    def motion(state: CyclicState, steps: int) -> Motion:
-        s_b, s_c, _, _ = own.ended(state)
-        now = *rotor.read(s_b, steps & 1), *ring.read(s_c, steps)
-        return unfold(model, Amplitudes(*now), places)
-
-    def begin(motion: Motion) -> bool:
+    def begin(self, motion: Motion) -> bool:
+        """Set the state to a motion at angle 0 and time 0; return whether it could."""
+        model, scene, state = self.model, self.scene, self.state
         now = amplitudes(model, motion)
         if now is None:
             return False
         still = np.zeros(len(now.rotor))
-        if places is not None:
-            still = model.rotor.shapes.T @ (model.rotor.mass @ places)
+        if self.places is not None:
+            still = model.rotor.shapes.T @ (model.rotor.mass @ self.places)
         nothing_booked(state, exact=scene.solver.flies)
-        before = rotor.write(state.rotor, now.rotor - still, now.rotor_rate)
-        casing = ring.write(state.ring, now.casing, now.casing_rate)
+        before = self.rotor.write(state.rotor, now.rotor - still, now.rotor_rate)
+        casing = self.ring.write(state.ring, now.casing, now.casing_rate)
         seen = [now, now._replace(rotor=before + still, casing=casing)]
-        if own.beside:
+        if self.beside:
             seen = [each._replace(rotor=0.0 * each.rotor) for each in seen]
         write_gaps(state, model, scene, *seen)
-        begun = balance(state)
+        begun = self.balance(state)
         state.ledger[contact.PULSE] = begun.energy
         # for waves: their loss is the energy given to them less the energy they have
         state.sums_b[2 * len(state.sums_b) // 3] -= begun.damping
         return True
 
-    return motion, begin
+    def release(self, state: CyclicState, places: Floats, steps: int) -> None:
+        """Add the displacement of a casing that is let go at step `steps`."""
+        body = self.model.casing
+        if body is None:
+            raise TypeError(body)
+        lower = lowering(body, self.model.shapes[1])
+        self.ring.add(state.ring, lower @ places, steps)
+
+    def refresh(self, state: CyclicState | None, now: Interval) -> None:
+        """Turn the ring at the speed of an interval."""
+        items, turn = self.arrays.casing.items, self.model.folds * now.turn
+        turn_ring(self.model, self.scene, items, state, turn)
+
+    def _static(self, copies: Floats, stride: int) -> Floats:
+        steps = stride * np.arange(1.0, len(copies) + 1)
+        angles = np.asarray(angle_at(self.scene, steps, self.scene.solver.time_step))
+        return ring_amplitudes(self.model, copies, angles)

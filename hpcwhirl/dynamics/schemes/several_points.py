@@ -10,7 +10,6 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.profile import NEVER, release_step
 from hpcwhirl.case.speed import angle_at, law_of
 from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.casing import waves_of_modes
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -29,7 +28,6 @@ from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
     Integrator,
     at_rest,
-    reader,
     unfold,
     with_space,
 )
@@ -55,60 +53,57 @@ def points_apart(model: Model, scene: Scene) -> Integrator | None:
     if isinstance(model.ring, RingOperator) or not plain or not steady or let_go:
         return None
     waves = point_waves(model, scene)
-    return None if waves is None else _march(model, scene, waves)
+    return None if waves is None else _SeveralPoints(model, scene, waves)
 
 
-def _march(model: Model, scene: Scene, waves: PointWaves) -> Integrator:
-    arrays, waves = point_arrays(model, scene, waves)
-    step = scene.solver.time_step
-    points, kernel = model.contacts, cast(Any, march_points)
-    padded = padded_blades(points)
-    sizes = 2 * waves.half, 0, HELD * padded, 3
-    state_at_rest = at_rest(points, scene.gap, sizes)
-    chosen = folded(points, widths(points)[1])
-    state_at_rest.gaps.reshape(3, -1)[:] = model.clearances(scene.gap)[chosen]
-    friction, (own, beside) = friction_with_sign(scene), waves.places()
+class _SeveralPoints(Integrator):
+    """Integrator of the waves of both bodies, in the rotating frame."""
 
-    def balance(state: CyclicState) -> Balance:
-        energy = sum(energies_of_points(arrays.rotor, state.rotor))
+    def __init__(self, model: Model, scene: Scene, waves: PointWaves) -> None:
+        arrays, self.waves = point_arrays(model, scene, waves)
+        points = model.contacts
+        sizes = 2 * self.waves.half, 0, HELD * padded_blades(points), 3
+        state = at_rest(points, scene.gap, sizes)
+        chosen = folded(points, widths(points)[1])
+        state.gaps.reshape(3, -1)[:] = model.clearances(scene.gap)[chosen]
+        super().__init__(model, scene, arrays, state)
+        march = cast(Any, march_points)
+        self.kernel = with_space(march, lambda: points_space(arrays, state))
+        self.casing_width = len(arrays.rotor.casing)
+
+    def balance(self, state: CyclicState) -> Balance:
+        """Return the terms of the energy balance of a state."""
+        energy = sum(energies_of_points(self.arrays.rotor, state.rotor))
         normal, drag, given = state.sums_b
+        friction = friction_with_sign(self.scene)
         return Balance(energy, given - energy, normal / 2, friction * drag / 2)
 
-    def motion(state: CyclicState, steps: int) -> Motion:
-        q = state.rotor
+    def motion(self, state: CyclicState, steps: int) -> Motion:
+        """Return the motion in a state, at the angle of step `steps`."""
+        q, bodies = state.rotor, (self.waves.rotor, self.waves.casing)
         rotor, casing = (
             (real_rows(body.shapes) @ q[place], real_rows(body.rates) @ q[place])
-            for body, place in ((waves.rotor, own), (waves.casing, beside))
+            for body, place in zip(bodies, self.waves.places(), strict=True)
         )
-        angle = -float(angle_at(scene, steps, step))
-        still = (ring_turned(model, part, angle) for part in casing)
-        return unfold(model, Amplitudes(*rotor, *still))
+        angle = -float(angle_at(self.scene, steps, self.scene.solver.time_step))
+        still = (ring_turned(self.model, part, angle) for part in casing)
+        return unfold(self.model, Amplitudes(*rotor, *still))
 
-    def begin(motion: Motion) -> bool:
-        now = amplitudes(model, motion)
+    def begin(self, motion: Motion) -> bool:
+        """Set the state to a motion at angle 0 and time 0; return whether it could."""
+        now, state = amplitudes(self.model, motion), self.state
         if now is None:
             return False
-        nothing_booked(state_at_rest, exact=False)
-        q = state_at_rest.rotor
-        q[own] = waves.rotor.write(now.rotor, now.rotor_rate)
+        nothing_booked(state, exact=False)
+        own, beside = self.waves.places()
+        state.rotor[own] = self.waves.rotor.write(now.rotor, now.rotor_rate)
         if len(beside):
-            q[beside] = waves.casing.write(now.casing, now.casing_rate)
-        energy = balance(state_at_rest).energy
-        state_at_rest.ledger[contact.PULSE] = state_at_rest.sums_b[2] = energy
+            state.rotor[beside] = self.waves.casing.write(now.casing, now.casing_rate)
+        energy = self.balance(state).energy
+        state.ledger[contact.PULSE] = state.sums_b[2] = energy
         return True
 
-    def read(copies: Floats, stride: int) -> Floats:
+    def _static(self, copies: Floats, stride: int) -> Floats:
         steps = stride * np.arange(1.0, len(copies) + 1)
-        angles = -np.asarray(angle_at(scene, steps, step))
-        return waves_of_modes(model, ring_turned(model, copies, angles))
-
-    return Integrator(
-        kernel=with_space(kernel, lambda: points_space(arrays, state_at_rest)),
-        arrays=arrays,
-        state=state_at_rest,
-        balance=balance,
-        motion=motion,
-        begin=begin,
-        casing_width=len(arrays.rotor.casing),
-        casing_waves=reader(model, scene, read),
-    )
+        angles = -np.asarray(angle_at(self.scene, steps, self.scene.solver.time_step))
+        return ring_turned(self.model, copies, angles)

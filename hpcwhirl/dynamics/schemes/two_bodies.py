@@ -10,7 +10,6 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import share_at_start, steady_at
-from hpcwhirl.dynamics.casing import waves_of_modes
 from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.kernel_types import (
@@ -19,7 +18,6 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     CoupledBody,
     DenseBody,
 )
-from hpcwhirl.dynamics.layer import unworn
 from hpcwhirl.dynamics.motion import (
     FreeSteps,
     Motion,
@@ -29,12 +27,8 @@ from hpcwhirl.dynamics.motion import (
     lowering,
     modal_steps,
 )
-from hpcwhirl.dynamics.schemes.integrator import (
-    Balance,
-    Integrator,
-    nothing_yet,
-    reader,
-)
+from hpcwhirl.dynamics.operators import unworn
+from hpcwhirl.dynamics.schemes.integrator import Balance, Integrator, nothing_yet
 from hpcwhirl.dynamics.turning import amplitudes_at_start
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
@@ -54,33 +48,6 @@ def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
         np.zeros(rotor), np.zeros(max(casing, 1)), gaps, gaps.copy(),
         *nothing_yet(model.contacts), unworn(scene),
     )  # fmt: skip
-
-
-def started(
-    whole: Integrator, model: Model, scene: Scene, own: Floats, rises: Floats
-) -> Integrator:
-    """Set the state of an unbalanced rotor's integrator to the start; return it.
-
-    The rotor starts on its circle, or on the circle scaled down, see `case.unbalance`.
-    In the latter case the energy of the motion about the circle is entered in the
-    ledger as work of the loading.
-
-    Parameters
-    ----------
-    whole : integrator at rest; its last coordinates are those of `dynamics.turning`
-    model, scene : model and scene that it integrates
-    own, rises : (m,), initial values of the other coordinates, which come first, and
-        their increments in the step before the start
-    """
-    state, m, share = whole.state, len(own), share_at_start(model, scene)
-    outward = steady_at(model, scene, 0.0)[model.places[0]]
-    state.q_b[:m], state.d_b[:m] = own, rises
-    state.q_b[m:], state.d_b[m:] = amplitudes_at_start(len(state.q_b) - m, scene)
-    for gaps in (state.gaps, state.older):
-        gaps[:] = model.clearances(scene.gap) - share * outward
-    if share < 1.0:
-        state.ledger[PULSE] = whole.balance(state).energy
-    return whole
 
 
 @dataclass(frozen=True)
@@ -148,55 +115,75 @@ def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinate
     return Coordinates(steps, same, lambda: same, still, whole=True)
 
 
-def two_bodies(
-    model: Model,
-    scene: Scene,
-    arrays: Arrays,
-    held: tuple[Coordinates, Coordinates] | None = None,
-) -> Integrator:
-    """Return the integrator of two bodies by `kernels.bodies.march_bodies`.
+class TwoBodies(Integrator):
+    """Integrator of two bodies by `kernels.bodies.march_bodies`.
 
     held : coordinates of rotor and casing in the state; None: their modes
-    arrays : constant arrays of the kernel
     """
-    step, state_at_rest = scene.solver.time_step, _bodies(model, scene, arrays)
-    if held is None:
+
+    kernel = staticmethod(march_bodies)
+
+    def __init__(
+        self,
+        model: Model,
+        scene: Scene,
+        arrays: Arrays,
+        held: tuple[Coordinates, Coordinates] | None = None,
+    ) -> None:
+        super().__init__(model, scene, arrays, _bodies(model, scene, arrays))
+        self.casing_width = len(arrays.casing.keep)
+        step = scene.solver.time_step
         each = (modal_coordinates(body, step) for body in (model.rotor, model.casing))
-        held = next(each), next(each)
-    b, c = held
+        self.held = held or (next(each), next(each))
 
-    def motion(state: BodiesState, _: int) -> Motion:
-        rotor, casing = b.read(state.q_b, state.d_b), c.read(state.q_c, state.d_c)
-        return Motion(rotor[0], rotor[1], casing[0], casing[1])
+    def balance(self, state: BodiesState) -> Balance:
+        """Return the terms of the energy balance of a state."""
+        step, (_, rotor, casing, _) = self.scene.solver.time_step, self.arrays
+        energy = sum(energies_of(rotor, casing, state, step))
+        return Balance(energy, float(state.loss_b.sum() + state.loss_c.sum()))
 
-    def begin(motion: Motion) -> bool:
+    def motion(self, state: BodiesState, _: int) -> Motion:
+        """Return the motion in a state."""
+        b, c = self.held
+        return Motion(*b.read(state.q_b, state.d_b), *c.read(state.q_c, state.d_c))
+
+    def begin(self, motion: Motion) -> bool:
+        """Set the state to a motion at angle 0 and time 0."""
+        model, scene, state, (b, c) = self.model, self.scene, self.state, self.held
         check_sizes(model, motion)
         x, v, y, w, _ = motion
-        state, back = state_at_rest, -scene.speed * step
+        back = -scene.speed * scene.solver.time_step
         was = b.write(x, v, state.q_b, state.d_b), c.write(y, w, state.q_c, state.d_c)
         state.gaps[:] = gaps_of(model, scene.gap, x, y, 0.0)
         state.older[:] = gaps_of(model, scene.gap, *was, back)
         state.ledger[:] = 0.0
-        state.ledger[PULSE] = balance(state).energy
+        state.ledger[PULSE] = self.balance(state).energy
         return True
 
-    def release(state: BodiesState, places: Floats, _: int) -> None:
-        y = c.lower() @ places
+    def put_on_circle(self, own: Floats, rises: Floats) -> None:
+        """Set the state of an unbalanced rotor to its start.
+
+        The rotor starts on its circle, or on the circle scaled down, see
+        `case.unbalance`. In the latter case the energy of the motion about the circle
+        is entered in the ledger as work of the loading.
+
+        own, rises : (m,), initial values of the coordinates but for the last ones,
+            which are those of `dynamics.turning`; increments in the step before the
+            start
+        """
+        model, scene, state, m = self.model, self.scene, self.state, len(own)
+        share = share_at_start(model, scene)
+        outward = steady_at(model, scene, 0.0)[model.places[0]]
+        state.q_b[:m], state.d_b[:m] = own, rises
+        state.q_b[m:], state.d_b[m:] = amplitudes_at_start(len(state.q_b) - m, scene)
+        for gaps in (state.gaps, state.older):
+            gaps[:] = model.clearances(scene.gap) - share * outward
+        if share < 1.0:
+            state.ledger[PULSE] = self.balance(state).energy
+
+    def release(self, state: BodiesState, places: Floats, _: int) -> None:
+        """Add to a state the displacement of a casing that is let go."""
+        casing = self.held[1]
+        y = casing.lower() @ places
         state.q_c[: len(y)] += y
-        state.d_c[: len(y)] += c.steps.increments(y, 0.0 * y)
-
-    def balance(state: BodiesState) -> Balance:
-        energy = sum(energies_of(arrays.rotor, arrays.casing, state, step))
-        return Balance(energy, float(state.loss_b.sum() + state.loss_c.sum()))
-
-    return Integrator(
-        kernel=march_bodies,
-        arrays=arrays,
-        state=state_at_rest,
-        balance=balance,
-        motion=motion,
-        begin=begin,
-        casing_width=len(arrays.casing.keep),
-        casing_waves=reader(model, scene, lambda q, _: waves_of_modes(model, q)),
-        release=release,
-    )
+        state.d_c[: len(y)] += casing.steps.increments(y, 0.0 * y)

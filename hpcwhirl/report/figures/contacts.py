@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hpcwhirl.analysis.blade_motion import Touches, lobes_of, touches
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.layer import rods_of
+from hpcwhirl.dynamics.operators import rods_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.canvas import axis_of, new_figure, title_of
 from hpcwhirl.scene.quantities import TRACES

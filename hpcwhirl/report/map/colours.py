@@ -15,8 +15,7 @@ from hpcwhirl.analysis.expression import parse
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.report.canvas import DIVERGING, SEQUENTIAL
-from hpcwhirl.scene.quantity import with_unit
-from hpcwhirl.scene.units import shown_in
+from hpcwhirl.scene.units import shown_in, with_unit
 from hpcwhirl.scene.words import BAD, MOTIONS, REGIMES, SHOWN, WHIRLS, Look
 from hpcwhirl.store.reading.coded import Coded, combined
 from hpcwhirl.store.reading.reader import coded

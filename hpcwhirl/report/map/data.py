@@ -13,8 +13,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.report.canvas import name_of
 from hpcwhirl.report.map.axes import Axis, Levels, axis_of, no_axis, scale_of
 from hpcwhirl.report.map.colours import Colours, by_majority, colours_of
-from hpcwhirl.scene.quantity import with_unit
-from hpcwhirl.scene.units import shown_in
+from hpcwhirl.scene.units import shown_in, with_unit
 from hpcwhirl.store.directory.refined import PLACE
 from hpcwhirl.store.reading.coded import Coded, combined
 from hpcwhirl.store.reading.reader import coded

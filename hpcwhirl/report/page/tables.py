@@ -13,8 +13,7 @@ import numpy as np
 from hpcwhirl.analysis.branches import branches_of, folds_of, words_apart
 from hpcwhirl.report.canvas import NAMED, name_of
 from hpcwhirl.scene.quantities import variable_name
-from hpcwhirl.scene.quantity import with_unit
-from hpcwhirl.scene.units import shown_in
+from hpcwhirl.scene.units import shown_in, with_unit
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import value_text
 

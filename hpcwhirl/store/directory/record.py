@@ -31,8 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import BLADES, PERFORMANCE, ROW
-from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.schemes import SCHEMES
+from hpcwhirl.scene.units import Quantity
 from hpcwhirl.scene.words import ENUMS
 
 Record = dict[str, Any]

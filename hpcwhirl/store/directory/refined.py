@@ -19,7 +19,7 @@ from hpcwhirl.refinement.rule import Family, rule_of
 from hpcwhirl.refinement.tree import CONFIRM
 from hpcwhirl.scene import preset_of
 from hpcwhirl.scene.quantities import REFINED, variable_name
-from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.units import Quantity
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import digest_of, ended_in, family_of
 from hpcwhirl.store.directory.manifest import Manifest, PlanFile, digests_of

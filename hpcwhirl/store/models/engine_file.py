@@ -69,8 +69,8 @@ agree with the matrices to 1e-6 and are not used otherwise. With modes only, the
 
 A rotor whose sectors are equal to 2e-5 (frequencies, damping over frequency, shapes of
 tips and centre) is integrated like the built-in one, see `reduction.recognise`. The
-springs of the shaft follow from the modes if nothing else holds the rotor
-(`reduction.shaft`); otherwise shares of the centre and families of k = 1 are unknown.
+springs of the shaft follow from the modes if nothing else holds the rotor, see
+`reduction.supports`; otherwise shares of the centre and families of k = 1 are unknown.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene.quantities import ROW, STATUS
-from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.units import Quantity
 from hpcwhirl.scene.words import ENUMS, NO_REGIME, REGIMES
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
-from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.rules import end_time
 from hpcwhirl.scene.table import listed
+from hpcwhirl.scene.units import Quantity
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.reader import Rows

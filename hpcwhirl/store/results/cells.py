@@ -38,7 +38,7 @@ from hpcwhirl.refinement.words import (
     word_of,
 )
 from hpcwhirl.scene.quantities import INPUTS, variable_name
-from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.units import Quantity
 from hpcwhirl.scene.words import NO_REGIME
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import RefinedPlan, dropped_of

@@ -28,7 +28,7 @@ from hpcwhirl.refinement.rule import rule_of
 from hpcwhirl.refinement.words import ATTRACTOR, NUMBERS
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
-from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.units import Quantity
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.atomic import Say, write_whole
 from hpcwhirl.store.directory.campaign_directory import Directory

@@ -25,8 +25,8 @@ from hpcwhirl.scene.quantities import (
     TRACES,
     variable_name,
 )
-from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.table import listed
+from hpcwhirl.scene.units import Quantity
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import refined_quantities

@@ -10,8 +10,8 @@ from typing import Any
 from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.scene.input_names import MISTUNING
 from hpcwhirl.scene.quantities import BLADES, CHAOS, OVER_SPEED, TUNED, WORN
-from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.rules import CHANGING
+from hpcwhirl.scene.units import Quantity
 from hpcwhirl.store.directory.manifest import MEASURE, Manifest
 from hpcwhirl.store.directory.record import Record
 
