@@ -166,6 +166,7 @@ def test_margins_are_told_in_the_unit_asked_for(place, capsys):
 
 def test_wrong_words_are_one_line(place, capsys):
     for words in (["--sure", "2"], ["--at", "speed=x"], ["--over", "nothing"],
+                  ["--at", "speed=nan"], ["--over", "each", "--at", "speed=inf"],
                   ["--at", "speed=1", "--at", "speed=2"]):  # fmt: skip
         assert main(["margin", str(place), *words]) == 2
         assert len(capsys.readouterr().err.splitlines()) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +64,18 @@ def numbers_in(data: xarray.Dataset) -> list[str]:
         str(n) for n, v in data.variables.items()
         if v.dims == ("case",) and v.dtype.kind in "iuf" and n != "case"
     ]  # fmt: skip
+
+
+def known_counts(values: NDArray[Any]) -> NDArray[Any]:
+    """Return whole numbers as floats with NaN for cases without a result, if any.
+
+    The file stores -1 for these cases, see `store.hdf5.missing`.
+
+    values : (cases,), other than whole numbers unchanged
+    """
+    if values.dtype.kind not in "iu" or not (values < 0).any():
+        return values
+    return np.where(values < 0, np.nan, values)
 
 
 def value_text(value: Any) -> str:
@@ -141,8 +154,17 @@ def number_of(text: str, variable: str, option: str) -> float:
     """Return the number, in SI, that an option's text gives for an input.
 
     variable, option : the input; name of the option, for errors
+
+    Raises
+    ------
+    InputError
+        where the text is no finite number
     """
-    return _number(text.strip(), f"{option} {variable}", UNITS.get(variable, "1"))
+    what = f"{option} {variable}"
+    found = _number(text.strip(), what, UNITS.get(variable, "1"))
+    if not math.isfinite(found):
+        raise InputError(f"{what} must be a finite number, got '{text.strip()}'")
+    return found
 
 
 def _number(text: str, what: str, unit: str) -> float:
