@@ -172,6 +172,12 @@ def test_wrong_words_are_one_line(place, capsys):
         assert len(capsys.readouterr().err.splitlines()) == 1
 
 
+def test_a_campaign_of_one_case_has_no_ranges(tmp_path, capsys):
+    assert main(["margin", str(synthetic(tmp_path / "one", [{}]))]) == 2
+    told = capsys.readouterr().err
+    assert told == "hpcwhirl: error: unknown swept input 'speed': no input was swept\n"
+
+
 def test_results_without_a_damped_case_are_told_strictly(tmp_path, facts):
     found = facts("margin", str(campaign(tmp_path / "x", {1e-4: "SX"})), "--json")
     assert json.dumps(found["ranges"][0]["low"]) == "null"

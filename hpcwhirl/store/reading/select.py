@@ -53,6 +53,8 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
     found = sorted({variable_name(n) for n in dotted} & set(among))
     if len(found) > 1:
         raise InputError(f"{what} '{name}' may mean {', '.join(found)}: give one name")
+    if not found and not among:
+        raise InputError(f"unknown {what} '{name}': no input was swept")
     if not found:
         raise unknown(what, name, among)
     return found[0]
