@@ -28,7 +28,7 @@ from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.scene.words import SHOWN as WORDS
 from hpcwhirl.store.reading.coded import combined
 from hpcwhirl.store.reading.reader import coded
-from hpcwhirl.store.reading.select import variable_of
+from hpcwhirl.store.reading.select import known_counts, variable_of
 from hpcwhirl.store.reading.shares import words_of
 
 if TYPE_CHECKING:
@@ -80,8 +80,9 @@ def source_of(data: xarray.Dataset) -> Source:
             return np.asarray(combined(words_of, *kinds), dtype=object)
         if name in ENUMS and data[name].dtype.kind in "iu":
             return np.asarray(coded(data[name]), dtype=object)
-        is_text = data[name].dtype.kind == "O"
-        return _texts(data[name]) if is_text else data[name].to_numpy()
+        if data[name].dtype.kind == "O":
+            return _texts(data[name])
+        return known_counts(data[name].to_numpy())
 
     allowed: dict[str, Any] = {n: ENUMS[n] for n in ENUMS if n in known}
     return Source(variable, column, allowed | {WORD: tuple(WORDS)}, data.sizes["case"])

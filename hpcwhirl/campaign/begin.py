@@ -263,17 +263,48 @@ def prepare(
     if directory.stop_file.exists():
         stop = directory.stop_file
         raise InputError(f"{stop} keeps this campaign stopped: remove it to continue")
-    old, manifest, plan = None, design.manifest(), directory.plan
-    if plan.path.exists():
-        old = plan.read()
-        plan.check_same(old, manifest)
-        if not mends:
-            _check_measure(old, manifest, plan)
+    plan = directory.plan
+    old, manifest = check_begun(design, plan, mends=mends)
     manifest = replace(manifest, extended=extended_by(design, plan, extend))
     if old == manifest:
         return
     check_steps(design)
+    if old:
+        _tell_left_out(old, manifest, directory)
     plan.write(manifest, check)
+
+
+def check_begun(
+    design: Design, plan: PlanFile, *, mends: bool = False
+) -> tuple[Manifest | None, Manifest]:
+    """Return the plan in a directory, None without one, and that of the campaign.
+
+    design, plan, mends : as for `prepare`; the file of the plan
+
+    Raises
+    ------
+    InputError
+        if the directory was begun with other inputs
+    """
+    manifest = design.manifest()
+    if not plan.path.exists():
+        return None, manifest
+    old = plan.read()
+    plan.check_same(old, manifest)
+    if not mends:
+        _check_measure(old, manifest, plan)
+    return old, manifest
+
+
+def _tell_left_out(old: Manifest, new: Manifest, directory: Directory) -> None:
+    """Print how many cases of the plan in a directory the new plan has no more."""
+    count = len(set(old.digests).difference(new.digests))
+    if count:
+        noun = "case" if count == 1 else "cases"
+        say(
+            f"{count} {noun} of {directory} left out, which the campaign has no more: "
+            "the former lists bring them back"
+        )
 
 
 def _check_measure(old: Manifest, new: Manifest, file: PlanFile) -> None:

@@ -83,7 +83,17 @@ def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> 
     """Print what the campaign will cost, and warn of inputs; return exit code 0.
 
     session, prepared : invocation of the campaign; the campaign and its options
+
+    Raises
+    ------
+    InputError
+        if the directory was begun with other inputs
     """
+    from hpcwhirl.campaign.begin import check_begun
+
+    if not prepared.fresh:
+        mends = "failed" in prepared.policy.retry
+        check_begun(prepared.design, prepared.directory.plan, mends=mends)
     code = _foretell(args, session, prepared)
     _tell_inputs(prepared.design)
     return code

@@ -176,12 +176,24 @@ def _columns(
         over = (n for n in OVER_SPEED if n in data)
         wanted = [WORD, *ENDS, *twins, "whirl", *numbers, *over, "message"]
     names = dict.fromkeys(["case", *swept, *wanted])
-    columns = {name: source.column(name) for name in names}
+    columns = {name: _counts(source.column(name), data, name) for name in names}
     if not np.array_equal(chosen, np.arange(source.cases)):
         columns = {name: values[chosen] for name, values in columns.items()}
     if not args.columns and not (columns["message"] != "").any():
         del columns["message"]
     return columns
+
+
+def _counts(values: NDArray[Any], data: xarray.Dataset, name: str) -> NDArray[Any]:
+    """Return a column whose counts are whole numbers also where some cases have none.
+
+    values : (cases,), column `name`; NaN for cases without a result
+    """
+    if values.dtype.kind != "f" or name not in data or data[name].dtype.kind == "f":
+        return values
+    told = values.tolist()
+    whole = (int(v) if v == v else v for v in told)  # noqa: PLR0124 - NaN
+    return np.fromiter(whole, dtype=object, count=len(told))
 
 
 def _tell_columns(data: xarray.Dataset) -> None:

@@ -110,9 +110,10 @@ def _predict(design: Design, request: Request) -> None:
     Raises
     ------
     InputError
-        if no case of the campaign could be integrated
+        if no case of the campaign could be integrated, or its directory was begun with
+        other inputs
     """
-    from hpcwhirl.campaign.begin import as_begun, check_steps
+    from hpcwhirl.campaign.begin import as_begun, check_begun, check_steps
     from hpcwhirl.campaign.foresight.forecast import forecast
     from hpcwhirl.cli.forecast import job_line
     from hpcwhirl.launch import parse_shard
@@ -120,8 +121,10 @@ def _predict(design: Design, request: Request) -> None:
 
     directory = Directory(Path(request.out))
     check_steps(design)
+    design = as_begun(design, directory.plan)
+    check_begun(design, directory.plan)
     shard = parse_shard(request.shard) if request.shard else None
-    cost = forecast(as_begun(design, directory.plan), directory, shard)
+    cost = forecast(design, directory, shard)
     ranks = request.ntasks * (request.array or 1)
     say(job_line(cost, ranks, request))
 

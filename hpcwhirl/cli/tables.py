@@ -127,7 +127,8 @@ def print_table(columns: Columns, units: Units, shown: int) -> None:
     table = Table(box=None, pad_edge=False)
     for name, values in columns.items():
         head = name + (f"\n{units[name]}" if units[name] else "")
-        right = values.dtype.kind in "iuf"
+        one = values[0] if len(values) and values.dtype.kind == "O" else ""
+        right = values.dtype.kind in "iuf" or not isinstance(one, str)
         table.add_column(Text(head), justify="right" if right else "left")
     for row in zip(*(c[:shown].tolist() for c in columns.values()), strict=True):
         table.add_row(*(Text(cell(value)) for value in row))

@@ -236,7 +236,8 @@ def load_document(path: Path | str) -> dict[str, Any]:
         if the file is no TOML
     """
     try:
-        text = read_regular(path).decode().replace("\r\n", "\n")
+        text = read_regular(path).decode("utf-8-sig")
+        text = text.replace("\r\n", "\n")
     except (OSError, UnicodeDecodeError) as failed:
         msg = f"cannot read {path}: {getattr(failed, 'strerror', None) or failed}"
         raise MissingFileError(msg) from None

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from hpcwhirl.scene.table import Axis
 
 MOST_CASES = 10_000_000
+ROUND_OFF = 1e-9  # steps by which a range may miss its stop and still include it
 LARGEST = 1e300  # largest number of a range, so that differences are finite
 _VALUES = "[values], {start, stop, step} or {start, stop, num}"
 KEYS = {  # {table: documentation of its keys, which are any inputs}
@@ -67,10 +68,14 @@ class Range(TableModel):
         if (self.step is None) == (self.num is None):
             raise ValueError(f"needs start, stop and either step or num, got {got}")
         width = self.stop - self.start
+        if self.num == 1 and width:
+            raise ValueError(f"needs num >= 2 to include its stop, got {got}")
         if self.step is not None and not (
             self.step and 0 <= width / self.step <= MOST_CASES
         ):
             raise ValueError(f"needs a step that leads from start to stop, got {got}")
+        if self.step is not None and width and width / self.step < 1 - ROUND_OFF:
+            raise ValueError(f"needs a step of at most stop - start, got {got}")
         return self
 
     def values(self) -> list[Value]:
@@ -81,7 +86,7 @@ class Range(TableModel):
             return [float(v) for v in np.linspace(self.start, self.stop, self.num)]
         # decimals give the same numbers 0.1, 0.2, 0.3 as a list
         a, b, d = (Decimal(str(v)) for v in (self.start, self.stop, self.step))
-        count = int((b - a) / d + Decimal("1e-9")) + 1
+        count = int((b - a) / d + Decimal(str(ROUND_OFF))) + 1
         whole = isinstance(self.start, int) and isinstance(self.step, int)
         kind = int if whole else float
         return [kind(a + i * d) for i in range(count)]

@@ -166,9 +166,16 @@ def test_margins_are_told_in_the_unit_asked_for(place, capsys):
 
 def test_wrong_words_are_one_line(place, capsys):
     for words in (["--sure", "2"], ["--at", "speed=x"], ["--over", "nothing"],
+                  ["--at", "speed=nan"], ["--over", "each", "--at", "speed=inf"],
                   ["--at", "speed=1", "--at", "speed=2"]):  # fmt: skip
         assert main(["margin", str(place), *words]) == 2
         assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_a_campaign_of_one_case_has_no_ranges(tmp_path, capsys):
+    assert main(["margin", str(synthetic(tmp_path / "one", [{}]))]) == 2
+    told = capsys.readouterr().err
+    assert told == "hpcwhirl: error: unknown swept input 'speed': no input was swept\n"
 
 
 def test_results_without_a_damped_case_are_told_strictly(tmp_path, facts):

@@ -101,7 +101,8 @@ def test_num_divides_a_range_evenly_and_reaches_both_ends():
     found = swept("[sweep]\nspeed = {start = 20, stop = 520, num = 26}", "speed")
     assert np.allclose(found, np.arange(20, 521, 20), rtol=1e-15)
     assert (len(found), found[0], found[-1]) == (26, 20.0, 520.0)
-    assert swept("[sweep]\nspeed = {start = 7, stop = 9, num = 1}", "speed") == [7.0]
+    for end in ("num = 1", "step = 5", "step = -5"):
+        assert swept(f"[sweep]\nspeed = {{start = 7, stop = 7, {end}}}", "speed") == [7]
 
 
 @pytest.mark.parametrize(
@@ -228,6 +229,8 @@ def test_a_wrong_document_is_told_in_one_line(text, words):
         ("start = 0, stop = 1", ("step or num",)),
         ("start = 0, step = 1", ("stop",)),
         ("start = 0, stop = 1, step = 1, num = 2", ("either",)),
+        ("start = 0, stop = 1, step = 1.001", ("step of at most stop - start",)),
+        ("start = 0, stop = 1, num = 1", ("num >= 2", "stop")),
         ("start = 0, stop = 1, num = 0", ("num", "> 0")),
         ("start = 0, stop = 1, num = 2.5", ("num", "whole", "2.5")),
         ("start = 'a', stop = 1, step = 1", ("start", "number", "'a'")),

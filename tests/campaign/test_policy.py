@@ -174,6 +174,32 @@ def test_a_campaign_may_get_more_cases_and_inputs_to_sweep(run, tmp_path):
     assert "--fresh" in err
 
 
+def test_what_the_command_refuses_its_forecast_and_job_script_refuse(run, tmp_path):
+    assert run(SHORT + "sweep = {speed = [300]}")[0] == 0
+    other = SHORT.replace("4e-3", "4e-3, gap = 2e-4") + "sweep = {speed = [300]}"
+    refused = run(other)
+    assert refused[0] == 2
+    assert "was begun with gap = 0.000128, got 0.0002" in refused[1]
+    assert run(other, "--dry-run") == refused
+    file = str(next(tmp_path.glob("*.toml")))
+    assert main(["job", "slurm", file, "--out", str(tmp_path / "out")]) == 2
+    assert run(other, "--dry-run", "--fresh")[0] == 0
+
+
+def test_cases_that_a_list_has_no_more_are_told_and_come_back(run, tmp_path):
+    out = tmp_path / "out"
+    whole = SHORT + "sweep = {speed = [300, 410, 420]}"
+    assert run(whole)[0] == 0
+    code, err = run(SHORT + "sweep = {speed = [300, 430]}")
+    assert code == 0
+    assert f"2 cases of {out} left out" in err
+    assert len(statuses(out)) == 2
+    code, err = run(whole)
+    assert "1 case of" in err
+    assert "3 cases, 3 already computed" in err
+    assert len(statuses(out)) == 3
+
+
 @pytest.mark.parametrize(
     ("named", "told"),
     [

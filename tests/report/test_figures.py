@@ -13,6 +13,7 @@ from paper import figures as paper_figures
 from paper import text as paper_text
 from paper import veering
 from paper.text import REASONS, with_reason
+from synthetic import grid_of, synthetic
 
 from hpcwhirl.analysis.critical import coincidences
 from hpcwhirl.analysis.rotation import critical_of, own_waves, waves_over
@@ -629,3 +630,18 @@ def test_wear_is_drawn_in_micrometres_around_the_casing(cases):
     traces["worn"][:] = 0.0
     with pytest.raises(InputError, match="no rod of the layer was worn"):
         contacts.draw_wear(shown, 0)
+
+
+def test_a_case_that_kept_no_traces_is_told_and_in_no_figure(tmp_path, capsys):
+    rows = grid_of(speed=[300.0, 310.0], **{"output.traces": ["orbit", "summary"]})
+    place = synthetic(tmp_path / "out", rows, samples=500)
+    words = ["figures", str(place), "--kind", "orbit", "--kind", "cascade"]
+    assert main(words) == 0
+    told = capsys.readouterr().out.splitlines()
+    drawn = [Path(line).name for line in told if line.endswith(".png")]
+    assert drawn == ["orbit-0000.png", "orbit-0002.png", "cascade-traces=orbit.png"]
+    why = "needs traces = orbit, not kept here"
+    assert [line for line in told if not line.endswith(".png")] == [
+        f"orbit, case 1: {why}", f"orbit, case 3: {why}",
+        f"cascade, cascade-traces=summary: {why}",
+    ]  # fmt: skip

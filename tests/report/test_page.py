@@ -13,6 +13,7 @@ import h5py
 import made_up
 import numpy as np
 import pytest
+from synthetic import synthetic
 
 from hpcwhirl.analysis import rules
 from hpcwhirl.analysis.expression import parse, value_of
@@ -132,6 +133,16 @@ def test_a_page_has_all_that_words_follow_from_and_no_messages(made):
     names = {column["name"] for column in told(page_of(made))["columns"]}
     assert set(rules.evidence_names()) & ROW.keys() <= names
     assert names.isdisjoint({"message", "rank"})
+
+
+def test_a_case_without_a_result_has_no_counts(tmp_path):
+    rows = [{"speed": 300.0}, {"speed": 310.0}]
+    page = page_of(synthetic(tmp_path / "out", rows, status=["ok", "failed"]))
+    (column,) = (c for c in told(page)["columns"] if c["name"] == "contacts")
+    text = re.search(r'id="columns">(.*?)</script>', page, re.DOTALL)[1]
+    shown = np.frombuffer(base64.b64decode(text), "<f4", 2, column["at"])
+    assert shown[0] >= 0
+    assert np.isnan(shown[1])
 
 
 def test_the_policy_names_the_scripts_and_forbids_the_network(made):

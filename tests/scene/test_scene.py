@@ -307,6 +307,14 @@ def test_a_scene_cannot_be_changed():
             setattr(part, name, 1)
 
 
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["none", "BOM"])
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"], ids=["LF", "CRLF"])
+def test_a_file_is_read_as_editors_of_any_system_write_it(tmp_path, mark, end):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(mark + end.join([b"[scene]", b"speed = 300", b""]))
+    assert load_document(path) == {"scene": {"speed": 300}}
+
+
 @pytest.mark.parametrize("content", [None, b"[scene\n", b"speed = ", b"\xff\xfe"])
 def test_a_file_that_cannot_be_read_is_one_line_with_its_name(tmp_path, content):
     path = tmp_path / "scene.toml"

@@ -211,6 +211,20 @@ def test_json_is_strict(folder, facts):
     assert told["units"]["speed"] == "rad/s"
 
 
+def test_a_case_without_a_result_has_no_counts(folder, data, capsys, facts):
+    assert data.contacts.to_numpy()[10:].tolist() == [-1, -1]
+    assert not matching("contacts < 0", source_of(data)).any()
+    assert data.hpcwhirl.where("contacts >= 0").case.to_numpy().tolist() == [*range(10)]
+    asked = ("--columns", "contacts", "--sort", "contacts")
+    shown = [row["contacts"] for row in rows_of(capsys, folder, *asked)]
+    assert shown[10:] == ["nan", "nan"]
+    assert sorted(map(int, shown[:10])) == sorted(data.contacts.to_numpy()[:10])
+    told = facts("cases", str(folder), "--json")["cases"]
+    assert [type(case["contacts"]) for case in told] == [int] * 10 + [type(None)] * 2
+    assert main(["cases", str(folder), "--columns", "contacts"]) == 0
+    assert "-1" not in capsys.readouterr().out
+
+
 def test_a_long_table_says_what_it_leaves_out(folder, capsys):
     assert main(["cases", str(folder), "--limit", "5"]) == 0
     assert "7 more of 12 cases" in capsys.readouterr().out

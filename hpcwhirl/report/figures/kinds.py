@@ -25,7 +25,7 @@ from hpcwhirl.report.figures import (
 from hpcwhirl.scene.units import showing
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
-from hpcwhirl.store.results.variables import changes_in_time
+from hpcwhirl.store.results.variables import DETAIL, changes_in_time
 
 # Largest number of figures of a kind; all cases that the user names get their figures.
 MOST_CASES = 12
@@ -197,8 +197,22 @@ def _lacking(results: Results, kind: Kind) -> str:
         return ""
     if len(lacking) == 1 and lacking[0] in SPECIAL and "tips" in results.kept:
         return SPECIAL[lacking[0]]
-    level = "full" if FULL & {*lacking} else "orbit"
+    level = _level(lacking)
     return f"needs traces = {level}; the campaign did not keep {', '.join(lacking)}"
+
+
+def _level(needs: Sequence[str]) -> str:
+    """Return the least value of `output.traces` that keeps the traces `needs`."""
+    return "full" if FULL & {*needs} else "orbit"
+
+
+def _with_traces(results: Results, kind: Kind, cases: list[int]) -> list[int]:
+    """Return those of some cases whose traces a kind of figure needs were kept."""
+    if not kind.needs:
+        return cases
+    keep = {"full", _level(kind.needs)}
+    usual, settings = results.plan.base[DETAIL], results.plan.settings
+    return [case for case in cases if settings[case].get(DETAIL, usual) in keep]
 
 
 def _wanted(
@@ -239,6 +253,14 @@ def _drawn(
     of : what it shows: a case, or the cases of a speed series, see `Kind.of`
     """
     kind = KINDS[name]
+    if kind.of != "engine":
+        kept = _with_traces(results, kind, [of] if kind.of == "case" else of)
+        if not kept:
+            which = f"case {of}" if kind.of == "case" else path.stem
+            return (
+                f"{name}, {which}: needs traces = {_level(kind.needs)}, not kept here"
+            )
+        of = of if kind.of == "case" else kept
     try:
         more = {"transient": transient} if kind.transient else {}
         figure = kind.draw(results, of, **more)

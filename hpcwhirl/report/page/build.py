@@ -42,6 +42,7 @@ from hpcwhirl.scene.words import SHOWN, WHIRLS
 from hpcwhirl.store.atomic import sweep_idle, write_whole
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
+from hpcwhirl.store.reading.select import known_counts
 from hpcwhirl.store.reading.shares import SHARE, SURE, find_credibility
 from hpcwhirl.store.results.cells import read_refined
 
@@ -229,7 +230,7 @@ def _columns(
             continue
         told: dict[str, Any] = {"name": name}
         told |= {"unit": variable.unit, "meaning": variable.meaning}
-        column = results[name]
+        column = known_counts(results[name])
         if column.dtype.kind == "U":
             words, codes = np.unique(column, return_inverse=True)
             told["words"] = words.tolist()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -52,6 +53,8 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
     found = sorted({variable_name(n) for n in dotted} & set(among))
     if len(found) > 1:
         raise InputError(f"{what} '{name}' may mean {', '.join(found)}: give one name")
+    if not found and not among:
+        raise InputError(f"unknown {what} '{name}': no input was swept")
     if not found:
         raise unknown(what, name, among)
     return found[0]
@@ -63,6 +66,18 @@ def numbers_in(data: xarray.Dataset) -> list[str]:
         str(n) for n, v in data.variables.items()
         if v.dims == ("case",) and v.dtype.kind in "iuf" and n != "case"
     ]  # fmt: skip
+
+
+def known_counts(values: NDArray[Any]) -> NDArray[Any]:
+    """Return whole numbers as floats with NaN for cases without a result, if any.
+
+    The file stores -1 for these cases, see `store.hdf5.missing`.
+
+    values : (cases,), other than whole numbers unchanged
+    """
+    if values.dtype.kind not in "iu" or not (values < 0).any():
+        return values
+    return np.where(values < 0, np.nan, values)
 
 
 def value_text(value: Any) -> str:
@@ -141,12 +156,17 @@ def number_of(text: str, variable: str, option: str) -> float:
     """Return the finite number, in SI, that an option's text gives for an input.
 
     variable, option : the input; name of the option, for errors
+
+    Raises
+    ------
+    InputError
+        where the text is no finite number
     """
     what = f"{option} {variable}"
-    number = _number(text.strip(), what, UNITS.get(variable, "1"))
-    if not np.isfinite(number):
+    found = _number(text.strip(), what, UNITS.get(variable, "1"))
+    if not math.isfinite(found):
         raise InputError(f"{what} must be a finite number, got '{text.strip()}'")
-    return number
+    return found
 
 
 def _number(text: str, what: str, unit: str) -> float:
