@@ -1,4 +1,4 @@
-"""The variables of a results file for xarray, which reads them where they are indexed.
+"""Let xarray read the variables of a results file quickly, and only when indexed.
 
 xarray's reader of netCDF-4, h5netcdf, asks the file some twenty times about each of a
 hundred variables, which took most of the time of opening results.
@@ -19,9 +19,10 @@ from hpcwhirl.store.reading.results_file import attributes_of, opened
 
 
 class ResultsStore(AbstractDataStore):
-    """Some groups of one results file as one store; unpickling opens the file again.
+    """The groups of a results file as one source of variables for xarray.
 
-    If each group were opened by path, the file could be replaced between two of them.
+    The file is opened once: if each group were opened by path, the file could be
+    replaced between two of them. Unpickling opens it again.
 
     Parameters
     ----------
@@ -40,11 +41,11 @@ class ResultsStore(AbstractDataStore):
         self.file = opened(path)
 
     def get_attrs(self) -> dict[str, Any]:
-        """Return the attributes of the root group."""
+        """Return {name: value} of the attributes of the file's root group."""
         return attributes_of(self.file)
 
     def get_variables(self) -> dict[str, Variable]:
-        """Return {name: variable} of all groups; no values are read yet."""
+        """Return {name: variable} of all groups; no numbers are read yet."""
         found = {n: self._variable(n) for n in _datasets(self.file)}
         for group in filter(self.file.__contains__, self.prefixes):
             for name in _datasets(self.file[group]):
@@ -56,9 +57,9 @@ class ResultsStore(AbstractDataStore):
         return found
 
     def _variable(self, place: str) -> Variable:
-        """Return a variable with its axes' names and its attributes.
+        """Return a variable of the file with the names of its axes and its attributes.
 
-        place : its path in the file
+        place : path of the variable in the file
         """
         column = _Column(self, place)
         data = column.data
@@ -72,18 +73,21 @@ class ResultsStore(AbstractDataStore):
         return Variable(dims, lazy, attributes, {"source": self.file.filename})
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the results file."""
         self.file.close()
 
     def __reduce__(self) -> Any:
-        """Pickle the path and the prefixes; unpickling opens the file again."""
+        """Return how to pickle the store: by path and prefixes, without open file."""
         return type(self), (self.path, self.prefixes)
 
 
 class _Column(BackendArray):
-    """A variable of an open file, given by its path in the file.
+    """A variable of an open results file, of which xarray reads the parts it indexes.
 
-    It is read as xarray indexes it.
+    Parameters
+    ----------
+    store : store of the open file
+    place : path of the variable in the file
     """
 
     def __init__(self, store: ResultsStore, place: str) -> None:
@@ -91,14 +95,14 @@ class _Column(BackendArray):
         self.shape, self.dtype = self.data.shape, self.data.dtype
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
-        """Read the elements that xarray's index selects."""
+        """Read those numbers of the variable that xarray's index selects."""
         able = indexing.IndexingSupport.OUTER_1VECTOR
         return indexing.explicit_indexing_adapter(
             key, self.shape, able, self.data.__getitem__
         )
 
     def __reduce__(self) -> Any:
-        """Pickle the store and the path; an open HDF5 variable cannot be pickled."""
+        """Return how to pickle the variable: by its store and path, without HDF5's."""
         return type(self), (self.store, self.place)
 
 
