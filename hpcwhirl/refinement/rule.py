@@ -88,10 +88,11 @@ def rule_of(plain: Mapping[str, Any]) -> Rule:
 
 
 class Family:
-    """All possible cases of a refined campaign: coarse ones and refinements.
+    """All cases that a refined campaign may have, coarse ones and refined ones.
 
-    A panel contains the cases that differ in refined inputs only. The number of a
-    coarse case is its row; the numbers of other cases follow from their addresses.
+    Coarse cases are those of [sweep]. A panel contains the cases that differ in refined
+    inputs only. The number of a coarse case is its row; the numbers of other cases
+    follow from their addresses.
 
     In a campaign with [branch] each panel is a branch, and the history of a case
     follows from its place: see `Branches`.
@@ -105,7 +106,7 @@ class Family:
 
     Attributes
     ----------
-    lattice : places of the refined inputs, the same in each panel
+    lattice : possible values of the refined inputs, the same in each panel
     panels : {input: value} that all cases of a panel have in common, for each panel
     coarse : addresses of the coarse cases
     """
