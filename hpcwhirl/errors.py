@@ -101,7 +101,10 @@ def one_line(text: str, most: int = LONGEST) -> str:
 
 
 def legible(text: str) -> str:
-    """Return a text with control characters escaped, except line feeds and tabs."""
+    """Return a text for printing, with control characters escaped.
+
+    Line feeds and tabs are kept.
+    """
     if text.isprintable():
         return text
     return "".join(
@@ -113,7 +116,7 @@ def legible(text: str) -> str:
 
 
 def text_of(failed: BaseException) -> str:
-    """Return an exception's class and message as text, even if ``__str__`` raises."""
+    """Return class and message of an exception as text, even if ``__str__`` raises."""
     try:
         return f"{type(failed).__name__}: {failed}"
     except BaseException as worse:  # noqa: BLE001 - the class may be a user's

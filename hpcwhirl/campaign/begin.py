@@ -107,7 +107,9 @@ class Policy(Campaign):
 
 
 class Prepared(NamedTuple):
-    """A campaign as rank 0 has prepared it, before it is sent to all ranks.
+    """A campaign as rank 0 has prepared it: cases, directory and options of the run.
+
+    Rank 0 sends it to all ranks.
 
     Attributes
     ----------
@@ -445,9 +447,9 @@ def check_steps(design: Design) -> None:
 
 
 def _models(design: Design) -> list[int]:
-    """Return case numbers: for each combination of engine, modes and gap, one case.
+    """Return the number of one case for each combination of engine, modes and gap.
 
-    It is the case with the smallest time step, and these steps ascend.
+    It is the case with the smallest time step of the combination; these steps ascend.
     """
     many, names = design.columns, design.settings.names
     own = [n for n in names if n.startswith("engine.") or n in ("solver.modes", "gap")]

@@ -59,11 +59,12 @@ class Checkpoints:
         self.saved: dict[str, float] = {}
 
     def set_out(self, digest: str, course: Course) -> None:
-        """Continue the integration of a case, `course`, from the case's saved state.
+        """Continue the integration of a case from the case's saved state.
 
-        Without a saved state that fits, the course stays at its start. An undecided
-        case is integrated by marches to several end times, see `simulate.Course`; the
-        saved state may belong to any of these.
+        Without a saved state that fits, the integration begins anew.
+
+        course : the integration to one or several end times; the saved state may be
+            from the integration to any of these
         """
         try:
             arrays = self.states.read(digest, {}) if digest in self.kept else {}
@@ -76,7 +77,7 @@ class Checkpoints:
             course.set_out(0, 0)
 
     def take_up(self, digest: str, march: March) -> None:
-        """Set an integration to the saved state of its case, if that state fits it.
+        """Set the integration of a case to its saved state, if that state fits it.
 
         march : the integration, before its first step; unchanged if no saved state fits
         """
@@ -94,11 +95,11 @@ class Checkpoints:
         self.saved[digest] = march.seconds
 
     def _arrays(self, digest: str, march: March) -> Arrays | None:
-        """Return the arrays of a case's saved state; None if no state is saved.
+        """Return {name: array} of a case's saved state; None if none is saved.
 
         If load and engine repeat around the circumference, only one sector is
         integrated as long as all move alike (fold). The state may be that of one sector
-        or of all; `march` is changed to integrate what the state has.
+        or of all; the integration `march` is changed to what the state has.
         """
         try:
             return self.states.read(digest, {FITS: fingerprint(march)})

@@ -121,8 +121,10 @@ def _compiled(
 
     Parameters
     ----------
-    case, start, keep : arguments of `Course`
+    case : the case
+    start : motion with which it begins; None: at rest
     between : called while kernels compile; may raise `Stop`
+    keep : whether the last state is stored, so that a longer run may continue from it
     """
     with breakable(between):
         course = Course(case, start, keep=keep)
@@ -150,7 +152,8 @@ class Computation:
 
     Attributes
     ----------
-    job : the job: case, twin and stage (0: planned end time, s: s-th longer one)
+    job : the job: a case or one of its twins, to its planned end time (stage 0) or to a
+        later one of an extension
     scene, digest : the scene to integrate, and its digest
     before : digest of the shorter run of the same case whose last state is continued;
         "": there is none

@@ -85,7 +85,7 @@ class Moment(NamedTuple):
 
     Attributes
     ----------
-    state : copy of the integration's state, see `side_by_side.copy_of`
+    state : copy of the integration's state, see `dynamics.side_by_side`
     rows : (m, columns), what was recorded at m times since the previous state, from
         which words are determined: displacement of the shaft's centre, energies, energy
         fed and lost
@@ -146,7 +146,7 @@ class Continued:
     """Motions of one scene after its pulse, as `analysis.edge_tracking` needs them.
 
     It moves states of the integration forward in time, puts a state between two others,
-    and finds the side of a state; it implements the protocol `edge_tracking.Motions`.
+    and finds the side of a state; it implements the protocol `Motions` there.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ class Continued:
         """Return on which side of the edge a state lies: LOW, HIGH or OPEN (unknown).
 
         It follows from the word of the motion that continues from the state; OPEN: that
-        word is not one of `CAN_TELL`.
+        motion is neither damped nor sustained nor divergent (`CAN_TELL`).
         """
         word = self.word(moment)
         if word not in CAN_TELL:
@@ -220,7 +220,7 @@ class Continued:
         return LOW if word == self.words[0] else HIGH
 
     def word(self, moment: Moment) -> str:
-        """Return the word of the motion that continues from a state.
+        """Return the word of the motion that continues from a state, such as "damped".
 
         The motion is continued in up to `LOOKS` parts of length `look`, until its word
         is that of one of the two sides (`words`); otherwise the word at the end is
@@ -272,8 +272,8 @@ def edge(
     Raises
     ------
     InputError
-        if both pulses lead to the same word, or the motion after one of them has no
-        word of `CAN_TELL` within `LOOKS` times `look`
+        if both pulses lead to the same word, or the motion after one of them is not
+        damped, sustained or divergent within `LOOKS` times the time `look`
     analysis.edge_tracking.LostEdgeError
         if the edge is lost
     """
@@ -293,7 +293,7 @@ def edge(
 
 
 def moment_of(march: March) -> Moment:
-    """Return the present state of an integration as a `Moment` without evidence."""
+    """Return the present state of an integration as a `Moment`, nothing recorded."""
     return Moment(copy_of(march), np.zeros((0, contact.COLUMNS)))
 
 
@@ -361,7 +361,9 @@ def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
 
 
 def _check_words(words: tuple[str, ...], told: str) -> None:
-    """Raise InputError unless the two states lead to different words of `CAN_TELL`.
+    """Raise InputError unless two states lead to different, decided words.
+
+    Decided words are damped, sustained and divergent (`CAN_TELL`).
 
     Parameters
     ----------

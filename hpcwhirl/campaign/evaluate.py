@@ -154,12 +154,12 @@ class Evaluator:
         return usual, max(self.beside[0] - usual, 0.0)
 
     def keep_due(self) -> None:
-        """Write the records that are due to the journal, while this rank idles."""
+        """Write waiting records to the journal, if due, while this rank idles."""
         with suppress(Stop):  # other code sees the request, too
             self._writing(self.journal.keep_due)
 
     def keep(self) -> bool:
-        """Write all records in memory to the journal; return whether all are safe.
+        """Write all waiting records to the journal; return whether all are safe.
 
         False if any result of this rank could not be written to disk.
         """
@@ -208,6 +208,8 @@ class Evaluator:
         """Return an error if the engine file of a case has changed, else None.
 
         A result computed with another engine must not be stored in the campaign.
+
+        case : number of the case
         """
         try:
             self.design.check_engine(case)
@@ -273,7 +275,7 @@ class Evaluator:
         return end
 
     def _drop(self, *names: str) -> None:
-        """Remove saved states that are no longer needed.
+        """Remove saved states of cases from which no run will continue any more.
 
         Records that wait are written first, so that no result is lost with its state.
 

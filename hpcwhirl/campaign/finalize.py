@@ -44,7 +44,7 @@ LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
 @dataclass(frozen=True)
 class Ending:
-    """Outcome of one run of a campaign.
+    """How one run of a campaign has ended.
 
     Attributes
     ----------
@@ -147,8 +147,8 @@ def _tell_budget(design: Design, directory: Directory) -> None:
     """Print how many cases the budget of [refine] left out, if it left out any."""
     dropped = dropped_of(full_plan(directory)) if design.grows else 0
     if dropped:
-        say(f"the budget ended the refinement: it left out {dropped} cases, and others "
-            "that the words of these might have required")  # fmt: skip
+        say(f"the budget of [refine] is spent: {dropped} refined cases are left out, "
+            "and others that would follow from their words")  # fmt: skip
 
 
 def _forget_the_dead(directory: Directory) -> None:
@@ -180,7 +180,7 @@ def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
 
 
 def _as_text(given: str) -> str:
-    """Return a text in UTF-8, with bytes of a path that are not UTF-8 escaped."""
+    """Return a command line as text in UTF-8; bytes that are not UTF-8 are escaped."""
     return given.encode("utf-8", "backslashreplace").decode()
 
 

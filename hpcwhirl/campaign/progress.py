@@ -288,7 +288,7 @@ class Seen:
         self.ends = {n: float(last[case]) for n, case in cases.items() if case >= 0}
 
     def _take(self, case: NDArray[np.int64], ended: Floats, seconds: Floats) -> None:
-        """Add what the rank that wrote a journal has computed.
+        """Add what the rank that wrote one journal has computed.
 
         Parameters
         ----------
@@ -305,7 +305,10 @@ class Seen:
         self.longest = max(self.longest, float(seconds.max(initial=0.0)))
 
     def _from_records(self) -> None:
-        """Read the journals of a plan with twins, extensions or refined cases."""
+        """Read the journals of a plan with twins, extensions or refined cases.
+
+        A case may then have several records, which are read one by one.
+        """
         journals = self.journals.by_file()
         every = itertools.chain.from_iterable(journals.values())
         records = {record["digest"]: record for record in every}
@@ -331,14 +334,17 @@ class Seen:
 
 
 def progress_of(directory: Directory, now: float | None = None) -> Progress:
-    """Return the progress of a campaign.
+    """Return how far a campaign is, for `hpcwhirl status`, from its directory.
 
-    now : s since 1970; None: this moment
+    Parameters
+    ----------
+    directory : the campaign's directory
+    now : present time, s since 1970; None: this moment
 
     Raises
     ------
     MissingFileError, StoreError
-        if `directory` is no campaign's directory, or its manifest is damaged
+        if `directory` is no campaign's directory, or its plan is damaged
     """
     now = time.time() if now is None else now
     seen = Seen(directory, directory.plan.read())

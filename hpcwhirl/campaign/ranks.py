@@ -97,7 +97,7 @@ def map_ranks(
     comm: Communicator,
     tally: Tally,
 ) -> bool:
-    """Compute all units of work on the ranks of `comm`, each of which must call this.
+    """Compute all units of work (jobs) on the ranks of `comm`; every rank must call.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def map_ranks(
 
 
 class _Root:
-    """Rank 0: hands out units of work, computes some itself, counts finished ones."""
+    """Rank 0 of a run: hands out units of work (jobs) and computes some itself."""
 
     def __init__(
         self,
@@ -158,7 +158,10 @@ class _Root:
         return self.queue.left == 0
 
     def await_workers(self) -> None:
-        """Answer messages of the other ranks until every one of them has ended."""
+        """Answer messages of the other ranks until every one of them has ended.
+
+        It is called when rank 0 has no more work or after a stop request.
+        """
         while self.at_work:
             if not self.serve():
                 self.tally.wait()
@@ -173,7 +176,10 @@ class _Root:
         self.notice(unit, end)
 
     def while_busy(self) -> None:
-        """Answer messages during a computation; this time is not part of it."""
+        """Answer messages of other ranks between slices of rank 0's computation.
+
+        The time for this is not counted as part of that computation.
+        """
         start = time.perf_counter()
         try:
             self.between()
@@ -181,7 +187,7 @@ class _Root:
             self.tally.busy -= time.perf_counter() - start
 
     def between(self) -> None:
-        """Answer messages; after a stop request, stop all workers and raise Stop."""
+        """Answer messages of other ranks; stop them on request, and raise Stop."""
         self.serve()
         if self.stopping() and not self.halted:
             self.halt()
@@ -222,7 +228,9 @@ class _Root:
             self.comm.send(self.units(units), dest=rank, tag=WORK)
 
     def units(self, numbers: list[int]) -> list[Unit]:
-        """Return (number, task) of units of work, the form in which workers get them.
+        """Return (number, task) of units of work; task: the job by `JobCode`.
+
+        Workers get units in this form.
 
         numbers : numbers of the units in the queue
         """
@@ -230,7 +238,7 @@ class _Root:
 
 
 class _Worker:
-    """Any rank but 0: asks for units of work in advance, computes, and reports."""
+    """Any rank but 0 in a run: asks rank 0 for units of work, computes, and reports."""
 
     def __init__(self, stopping: Callable[[], bool], comm: Any, tally: Tally) -> None:
         self.stopping, self.comm, self.tally = stopping, comm, tally

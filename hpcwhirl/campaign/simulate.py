@@ -154,8 +154,9 @@ class Course:
 
     The integration to one end time is a march. A case that lasts longer has, bit for
     bit, the row and the traces of a case with that duration: a longer march continues
-    from the last row of evidence, or starts anew if it would have been integrated
-    differently (see `fingerprint`).
+    from the state at the last time at which evidence (the numbers that decide the word)
+    was recorded, or starts anew if it would have been integrated differently (see
+    `dynamics.snapshot.fingerprint`).
 
     Parameters
     ----------
@@ -165,7 +166,7 @@ class Course:
 
     Attributes
     ----------
-    march : the present march
+    march : the integration to the present end time
     last : state of the march that gave the result, at the last time at which evidence
         was recorded; None if no longer march can continue from it
     twins : nearby motions that measure chaos after the end of the case; None at other
@@ -196,17 +197,19 @@ class Course:
 
     @property
     def seconds(self) -> float:
-        """Computing time of the present march and of measuring chaos, s."""
+        """Computing time of the case so far, with measuring chaos, s."""
         return self.march.seconds + (self.twins.seconds if self.twins else 0.0)
 
     @property
     def done(self) -> bool:
-        """Whether the present march has reached its end time, and chaos is measured."""
+        """Whether the present end time is reached, and chaos is measured."""
         return self.march.done and self.twins is None
 
     @one_thread()
     def set_out(self, steps: int, total: int) -> None:
-        """Choose the march to which a saved state of the case belongs.
+        """Choose the integration (march) to which a saved state of the case belongs.
+
+        A case has one march for each of its end times.
 
         Parameters
         ----------
@@ -266,9 +269,10 @@ class Course:
         return Result({**row, "motion": word, **found}, result.traces, performance)
 
     def _go_on(self) -> None:
-        """Replace the march by one to the next end time, from the old one's last state.
+        """Begin the integration to the next, later end time of an undecided case.
 
-        It starts anew if it would have been integrated differently.
+        It continues from the last state of the former one, or starts anew if it would
+        have been integrated differently.
         """
         self.number += 1
         old, self.march = self.march, self._march(self.number)

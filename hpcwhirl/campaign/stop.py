@@ -36,11 +36,11 @@ AFTER_ROOT = 2.0  # s by which other ranks wait longer, so that rank 0 can repor
 
 
 class Stop(Exception):  # noqa: N818
-    """Raised between two slices of an integration after a stop request."""
+    """Raised after a stop request, between two slices (10 ms) of an integration."""
 
 
 class Stopping:
-    """Stop requests to this process; code that computes asks it between two slices.
+    """Stop requests to this process; code that integrates polls it every some 10 ms.
 
     Used in a `with` statement, it handles the signals TERM, USR1 and INT, also those
     that arrived during the imports, and restores the earlier handlers at the end.
@@ -63,7 +63,7 @@ class Stopping:
         self._before: dict[int, Any] = {}
 
     def watch(self, file: Path | None, seconds: float | None) -> None:
-        """Also request a stop once a file exists, or some time after `began`.
+        """Set what requests a stop besides signals: a file, a limit of time.
 
         Parameters
         ----------
@@ -135,7 +135,10 @@ class Stopping:
 
 
 class _Alarm:
-    """Handler of timer signals that calls `check`, and remembers the Stop it raises."""
+    """Handler of timer signals, for `breakable`: calls `check` at each signal.
+
+    told : the Stop that `check` has raised; None: none yet
+    """
 
     def __init__(self, check: Callable[[], None]) -> None:
         self.check, self._at_it = check, False
@@ -256,7 +259,7 @@ class Watchdog:
                 self._end()
 
     def _heard(self) -> bool:
-        """Return whether a stop signal has arrived since the last call."""
+        """Return whether a stop signal has arrived since this was last called."""
         with suppress(OSError):
             return any(number in SIGNALS for number in os.read(self._read, 65536))
         return False

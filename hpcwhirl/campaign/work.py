@@ -222,7 +222,7 @@ def _suspects(
 def share(
     costs: Sequence[float] | NDArray[np.float64], shard: Shard | None
 ) -> Sequence[int]:
-    """Return the numbers of a shard's cases; of all cases if `shard` is None.
+    """Return the numbers of the cases that a shard computes; of all without a shard.
 
     Cases are assigned in order of decreasing cost, each to the shard with the least
     load so far, so that loads differ by at most one case. The result depends only on
@@ -232,7 +232,7 @@ def share(
     Parameters
     ----------
     costs : (n,), predicted cost of each of n cases, any unit
-    shard : shard whose cases are returned
+    shard : the shard; None: the campaign is not divided
     """
     if shard is None:
         return range(len(costs))

@@ -180,11 +180,14 @@ class WorkQueue:
         return False
 
     def task(self, unit: int) -> int:
-        """Return the number that a rank is sent to compute a unit: the unit's own."""
+        """Return the number that is sent to a rank so that it computes a unit.
+
+        In this class it is the unit's own number.
+        """
         return unit
 
     def hear(self, unit: int, end: Any) -> None:
-        """Do nothing: which units this queue has does not depend on how others end."""
+        """Do nothing: in this class no units follow from how others have ended."""
 
     def drop(self) -> None:
         """Empty the queue: no unit is handed out any more, nor any added later."""
@@ -220,7 +223,7 @@ class WorkQueue:
         return float(np.frombuffer(self.predicted)[still].sum()) * missed
 
     def _ordered(self, chosen: np.ndarray) -> bytes:
-        """Return the chosen units in reverse order of handing out, as int64 bytes.
+        """Return units of work in reverse order of handing out, as int64 bytes.
 
         chosen : numbers of units
         """
@@ -253,23 +256,28 @@ class Questions:
         self.idle: dict[int, None] = {}  # those ranks of `open` that have no work
 
     def ask(self, rank: int) -> Answers:
-        """Record that `rank` asks in advance; return the answers to send now."""
+        """Record that a rank asks for units in advance; return the answers to send now.
+
+        An answer is (rank, numbers of its next units).
+        """
         self.open[rank] = None
         return self._answer(rank) if len(self.queue) > self.ranks else self.rest()
 
     def hungry(self, rank: int) -> Answers:
-        """Record that `rank` has run out of work; return the answers to send now.
+        """Record that a rank has run out of units; return the answers to send now.
 
-        This rank gets none if its request has been answered already.
+        An answer is (rank, numbers of its next units). This rank gets none if its
+        request has been answered already.
         """
         if rank in self.open:
             self.idle[rank] = None
         return self.rest()
 
     def rest(self) -> Answers:
-        """Return the answers to send now to ranks without work, as units allow.
+        """Return the answers to send now to ranks without work.
 
-        Once no unit is left, all open requests are answered by no units.
+        An answer is (rank, numbers of its next units). Once no unit is left, all open
+        requests are answered by an empty list.
         """
         due: Answers = []
         while self.queue and self.idle:
@@ -326,7 +334,10 @@ class JobQueue(WorkQueue):
         return Job(case, self.twin[unit], self.stage[unit])
 
     def task(self, unit: int) -> int:
-        """Return the number, by `JobCode`, that a rank is sent to compute a unit."""
+        """Return the number, by `JobCode`, that a rank is sent to compute a job.
+
+        unit : number of the job in the queue
+        """
         return self.code.encode(self.job(unit))
 
     def hear(self, unit: int, end: Completion) -> None:

@@ -166,7 +166,9 @@ class Child:
             if time.monotonic() > end:
                 process.kill()
                 self._reap()
-                late = LateError(f"more than {limit:g} s, and the case did not answer")
+                late = LateError(
+                    f"more than {limit:g} s of computing; the case's process hangs"
+                )
                 raise stop or late
 
     def _received(self, process: subprocess.Popen[bytes]) -> Any:
@@ -180,7 +182,10 @@ class Child:
 
 
 class Server:
-    """Answers a `Child`, in the separate process: integrates the cases it sends."""
+    """Computes cases in the separate process and sends the results to its `Child`.
+
+    pipe : connection to the parent process
+    """
 
     def __init__(self, pipe: Any) -> None:
         self._pipe = pipe
@@ -188,7 +193,7 @@ class Server:
         self.checkpoints = Checkpoints(states, every, say)
 
     def serve(self) -> None:
-        """Answer the parent's requests one after the other."""
+        """Compute what the parent process requests, one request after the other."""
         while True:
             scene, *how = self._next()
             self._send(self._computed(scene, *how) if how else _warmed(scene))
@@ -203,7 +208,7 @@ class Server:
         self._pipe.send(told)
 
     def _between(self) -> None:
-        """Raise Stop if the parent requests it; exit if the parent has ended."""
+        """Raise Stop if the parent process requests it; exit if that has ended."""
         if self._pipe.poll():
             try:
                 self._pipe.recv()

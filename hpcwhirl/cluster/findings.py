@@ -60,7 +60,7 @@ def findings(ranks: Sequence[Facts], size: int) -> list[Finding]:
 
 
 def mpi(facts: Facts) -> Iterator[Finding]:
-    """Check that MPI starts, and that the mpirun on PATH belongs to mpi4py's MPI.
+    """Check that MPI starts, and that mpirun and mpi4py belong to the same MPI.
 
     facts : facts of rank 0
     """
@@ -217,7 +217,9 @@ def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def locks(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that file locks work, which HDF5 uses unless the environment forbids it.
+    """Check that file locks work in the campaign's directory, which HDF5 uses.
+
+    HDF5 does not use them if the environment says so.
 
     ranks : facts of each rank
     """

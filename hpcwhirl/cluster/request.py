@@ -84,7 +84,7 @@ class Request:
     script: str = ""
 
     def __post_init__(self) -> None:
-        """Check all options.
+        """Check all options of the job script.
 
         Raises
         ------
@@ -182,7 +182,7 @@ class Request:
         return -(-self.ntasks // self.nodes) if self.nodes else 0
 
     def command(self) -> str:
-        """Return the `hpcwhirl job` command line that prints this script again."""
+        """Return the command line `hpcwhirl job ...` that prints this script again."""
         words = ["hpcwhirl", "job", self.scheduler, self.file]
         for field in fields(self):
             value = getattr(self, field.name)

@@ -58,7 +58,7 @@ class Completion(NamedTuple):
 
     @property
     def is_ok(self) -> bool:
-        """Whether the job gave a result."""
+        """Whether the job has given a result."""
         return self.status == OK
 
     @property
@@ -97,11 +97,11 @@ class JobCode(NamedTuple):
     twins: int
 
     def encode(self, job: Job) -> int:
-        """Return the number by which a job is sent to a rank."""
+        """Return the number by which rank 0 sends a job to another rank."""
         return (job.stage * (1 + self.twins) + job.twin) * self.cases + job.case
 
     def decode(self, number: int) -> Job:
-        """Return the job that has a number, the inverse of `encode`."""
+        """Return the job that rank 0 has sent as a number by `encode`."""
         rest, case = divmod(number, self.cases)
         stage, twin = divmod(rest, 1 + self.twins)
         return Job(case, twin, stage)
@@ -245,7 +245,7 @@ class Planner:
         return [*first, *self._more] if self._more else first
 
     def __len__(self) -> int:
-        """Return the number of cases known so far, which is the number of rows."""
+        """Return the number of cases that the planner knows so far: of rows."""
         return self.kind.first + len(self._more)
 
     def row(self, case: int) -> int:
@@ -257,7 +257,7 @@ class Planner:
         return row if row < self.kind.first else self._more[row - self.kind.first]
 
     def left(self) -> Jobs:
-        """Return the jobs that are left, sorted by row of the case and by twin."""
+        """Return the jobs left to be computed, by row of the case and by twin."""
         state = self._states
         row, twin = np.nonzero(state >= 0)
         return Jobs(row, twin, state[row, twin].astype(np.int64))

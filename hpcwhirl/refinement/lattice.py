@@ -45,7 +45,7 @@ class Side:
 
     @cached_property
     def depth(self) -> int:
-        """Largest number of bisections of any interval."""
+        """Largest number of bisections of any interval of this input."""
         return max(self.depths)
 
     @property
@@ -64,7 +64,7 @@ class Side:
         return self.depth - min(level, self.depths[unit >> self.depth])
 
     def level(self, place: int) -> int:
-        """Return how many bisections lead to a place; 0 for a coarse value."""
+        """Return how many bisections lead to the value at a place; 0: coarse."""
         return max(self.depth - ((place & -place).bit_length() - 1), 0) if place else 0
 
     def value(self, place: int) -> float:

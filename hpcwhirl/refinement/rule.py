@@ -63,7 +63,7 @@ class Rule:
         return dict(json.loads(json.dumps(self.__dict__)))
 
     def word_of(self, end: Mapping[str, Any]) -> Word | None:
-        """Return the word by which an ended case is compared; None if it has none.
+        """Return the word of an ended case for refinement; None if it has none.
 
         A case that failed, or whose outcome is `unstable`, has no word.
 
@@ -191,7 +191,7 @@ class Family:
 
     @property
     def most(self) -> int:
-        """Upper bound of the number of cases: all cells split, or the budget spent."""
+        """Largest number of cases possible: all cells split, or the budget spent."""
         points = 1
         for side in self.lattice.sides:
             points *= 1 + sum(1 << depth for depth in side.depths)

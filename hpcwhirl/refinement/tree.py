@@ -62,34 +62,37 @@ class Node:
 
 
 class Tree:
-    """The cells of one panel, and the cases at their points that must be computed.
+    """The cells of a refined map, for one panel, and the cases that they require.
 
-    A panel has the cases that differ in refined inputs only. Its cells and the wanted
-    cases are the smallest sets that satisfy these rules, which only ever add to them:
+    A panel has the cases that differ in refined inputs only. The first fidelity is the
+    first computation of a case, the second its repetition with the preset `confirm`. A
+    cell is mixed if words at its points differ, and at its end if it cannot be split
+    further. Cells and wanted cases are the smallest sets that satisfy these rules,
+    which only ever add to them:
 
     - A cell is split if two of its points (corners, and hanging points on its sides)
-      have different words by the same fidelity.
+    have different words by the same fidelity.
     - Split cells are balanced: the neighbours of a split cell, even at a corner, are
-      not coarser than it; coarser ones are split.
+    not coarser than it; coarser ones are split.
     - Nothing is split or confirmed in speckle. A cell lies in speckle if the cell
-      `levels` above it has many mixed descendants: of all cells into which that one
-      could be split `levels` down, more than three quarters have different words at
-      their corners. Only cells with different words at their corners are split for
-      this, and only words at points of the upper cell are used.
+    `levels` above it has many mixed descendants: of all cells into which that one could
+    be split `levels` down, more than three quarters have different words at their
+    corners. Only cells with different words at their corners are split for this, and
+    only words at points of the upper cell are used.
     - With a second fidelity, the corners of a mixed cell at its end are confirmed, that
-      is, computed with it. So are those of every cell around a point whose word the
-      second fidelity changes, except cells that are split anyway by the first words at
-      their corners.
+    is, computed with it. So are those of every cell around a point whose word the
+    second fidelity changes, except cells that are split anyway by the first words at
+    their corners.
     - Cases with a word at the corners of mixed cells in speckle have twins; if `twins`
-      is "boundary", also those of mixed cells at their end, by the second fidelity if
-      there is one.
+    is "boundary", also those of mixed cells at their end, by the second fidelity if
+    there is one.
 
     A case that has ended without a word has no effect: no cell is split or confirmed
     because of it, and it has no twins.
 
     Parameters
     ----------
-    lattice : places of the refined inputs
+    lattice : values that the refined inputs may take
     levels : levels after which a cell with mostly mixed parts is speckle; 0: never
     confirm : whether there is a second fidelity
     twins : which cases have twins: "all", "boundary" or "speckle"; with "" or "even"
@@ -262,7 +265,10 @@ class Tree:
             self._split(cell)
 
     def _follow(self, cell: Cell) -> None:
-        """Ask for twins at the corners of a mixed cell that is not split further."""
+        """Ask for twins at the corners of a mixed cell that is split no further.
+
+        Such a cell lies in speckle, or at a boundary of the finest level.
+        """
         allowed, fidelities = self._allowed(cell), [FIRST, CONFIRM]
         if allowed and self.twins == "boundary" and self.lattice.at_end(cell):
             fidelities = [CONFIRM if self.confirm else FIRST]

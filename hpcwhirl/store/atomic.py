@@ -32,7 +32,7 @@ PART = re.compile(r".*\.[0-9a-f]{32}\.part|results\.h5\.part(-\d+)?", re.DOTALL)
 def part_of(path: Path) -> Path:
     """Make an empty temporary file in the folder of `path`, and return its path.
 
-    Its name, `NAME.HEX.part`, is new, so that no existing file or link is written to.
+    Its name is new, so that no existing file or link is written to.
     """
     stem = os.fsdecode(os.fsencode(path.name)[:LONGEST])
     part = path.with_name(f"{stem}.{uuid.uuid4().hex}.part")
@@ -216,7 +216,7 @@ def _remove_idle(item: os.DirEntry[str]) -> None:
 
 
 def sweep(folder: Path, stem: str = "", older: float = float("inf")) -> None:
-    """Remove temporary files that a dead process has left in a directory.
+    """Remove temporary files that dead processes have left in a directory.
 
     Parameters
     ----------

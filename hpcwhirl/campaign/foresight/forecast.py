@@ -105,7 +105,12 @@ class Forecast:
     beyond: int = 0
 
     def wall(self, ranks: int) -> tuple[float, tuple[float, float]]:
-        """Return the wall time on a number of ranks, s, and its range (low, high)."""
+        """Return the predicted wall time on `ranks` ranks, and its range.
+
+        Returns
+        -------
+        s; and (low, high), s
+        """
         low, high = (self._wall(kernel, ranks) for kernel in self.range)
         if self.finished:
             low, high = low * (1.0 - APART), high * (1.0 + APART)
@@ -181,7 +186,7 @@ def forecast(
 
 
 def age() -> float:
-    """Return the time since this process was started, s."""
+    """Return the time since this process was started, s, part of the forecast."""
     ticks = begun(os.getpid())
     if ticks is None:  # not Linux
         return time.process_time()

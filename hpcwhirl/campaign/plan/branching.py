@@ -1,4 +1,7 @@
-"""The table [branch]: sweeps in which a case begins where the preceding one ended."""
+"""The table [branch]: sweeps in which each case begins where the one before it ended.
+
+A branch is such a sequence of cases, with ascending or descending values of one input.
+"""
 
 from __future__ import annotations
 

@@ -66,17 +66,26 @@ class Costs:
 
     @classmethod
     def unknown(cls) -> Costs:
-        """Return costs of no cases, for ranks that do not hand out cases."""
+        """Return an object without cases, for ranks that do not hand out cases."""
         return cls(np.zeros(0), np.zeros((0, 1)))
 
     def learn(self, case: int, seconds: float) -> None:
-        """Record the computing time of a finished case, s."""
+        """Record the computing time of a finished case, to improve predictions.
+
+        Parameters
+        ----------
+        case : number of the case
+        seconds : its computing time, s
+        """
         nominal = float(self.nominal[case])
         if nominal > 0.0 and math.isfinite(seconds):
             self.factor[case] = seconds / nominal
 
     def learn_all(self, seconds: Floats) -> None:
-        """Record the computing times of all n cases, s, (n,); NaN: not finished."""
+        """Record the computing times of all finished cases, to improve predictions.
+
+        seconds : (n,), s, computing time of each case; NaN: not finished
+        """
         known = np.isfinite(seconds) & (self.nominal > 0.0)
         self.factor[known] = seconds[known] / self.nominal[known]
 
@@ -144,7 +153,7 @@ class RefinedCosts(Costs):
     def _added(self, address: Address) -> tuple[float, Floats]:
         """Return a refined case's nominal kernel time, s, and its swept inputs, scaled.
 
-        The inputs are scaled to 0 .. 1 as in `Costs.places`.
+        The inputs are scaled to 0 .. 1, (d,), as `Costs` needs them.
         """
         near = self._near(address)
         place = self.places[np.array([near])][0].copy()
@@ -191,7 +200,7 @@ class Places:
         self._cases = len(design.settings)
 
     def __len__(self) -> int:
-        """Return the number of cases."""
+        """Return the number of cases of the campaign."""
         return self._cases
 
     def __getitem__(self, cases: NDArray[np.intp]) -> Floats:
@@ -321,9 +330,9 @@ def _asked_step(design: Design, case: int) -> float:
 
 
 def _kinds(many: Many) -> NDArray[np.int64]:
-    """Return a label for each case, (cases,), equal where time steps are the same.
+    """Return a label for each case, (cases,), equal for cases with the same time step.
 
-    many : the cases as columns of their inputs
+    many : the inputs of all cases
     """
     names = [n for n in many.columns if n not in STEPLESS and "output." not in n]
     kind = many.labels(names)

@@ -134,12 +134,12 @@ class Design:
 
     @property
     def scenes(self) -> Scenes:
-        """The scene of each case."""
+        """The scenes of all cases, each with all inputs."""
         return Scenes(self.base, self.settings)
 
     @cached_property
     def columns(self) -> Many:
-        """The inputs of all cases as arrays, one for each input."""
+        """The inputs of all cases as arrays over the cases, one for each input."""
         return Many(self.base, self.settings)
 
     @classmethod
@@ -166,7 +166,7 @@ class Design:
 
     @classmethod
     def one(cls, scene: Scene) -> Design:
-        """Return the design of a single case, with its engine file as it is now."""
+        """Return the design of a campaign of one case, with its present engine file."""
         return cls(scene, Table.of([{}]), ())
 
     @cached_property
@@ -180,7 +180,7 @@ class Design:
 
     @property
     def grows(self) -> bool:
-        """Whether the words of ended cases may add further cases."""
+        """Whether the campaign is refined: words of cases may add further cases."""
         return self.rule is not None
 
     def check_shards(self, none: str) -> None:
@@ -259,7 +259,9 @@ class Design:
         return self._digests.planned(self.settings_of(case))
 
     def check_engine(self, case: int) -> None:
-        """Raise if the engine file of a case has changed since the campaign began.
+        """Raise CaseError if the engine file of a case has changed meanwhile.
+
+        case : number of the case
 
         Raises
         ------
@@ -326,7 +328,7 @@ class Design:
         return first, mean(again)
 
     def manifest(self) -> Manifest:
-        """Return the plan of the campaign, as its directory stores it."""
+        """Return the plan of the campaign, which its directory stores."""
         file = self.base.engine.file
         content: dict[str, Any] = {CONTENT: self.contents[file]} if file else {}
         content[PHYSICS] = PHYSICS_VERSION

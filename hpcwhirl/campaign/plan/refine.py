@@ -65,11 +65,11 @@ class Coarse(Protocol):
 
     @property
     def base(self) -> Scene:
-        """Scene with the inputs that are not swept."""
+        """Scene with the inputs that no case changes."""
 
     @property
     def settings(self) -> Sized:
-        """{dotted input: value} of each coarse case."""
+        """The inputs that each coarse case sets, {dotted input: value}."""
 
     @property
     def swept(self) -> Sequence[str]:
@@ -77,7 +77,7 @@ class Coarse(Protocol):
 
     @property
     def twins(self) -> Twins | None:
-        """Table [twins]; None: there is no such table."""
+        """The table [twins] of the campaign; None: there is no such table."""
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
         """Return the mean predicted kernel time of coarse cases at fidelity 0 and 1, s.

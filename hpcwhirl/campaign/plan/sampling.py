@@ -63,7 +63,7 @@ class Sample(SampleTable):
         return self.tuned + self.count * width
 
     def plan(self) -> dict[str, Any]:
-        """Return the entries of [sample] on which draws depend, for the plan."""
+        """Return those entries of [sample] on which the draws depend, for the plan."""
         laws = {name: law.model_dump() for name, law in self.laws.items()}
         found = {"method": self.method, "seed": self.seed, "inputs": laws}
         found |= {"count": self.count} if self.method == LATIN else {}
@@ -203,7 +203,7 @@ class Twins(TwinsTable):
 
     @property
     def is_late(self) -> bool:
-        """Whether twins are chosen only when the regimes of all cases are known."""
+        """Whether cases with twins are chosen when the regimes of all are known."""
         return self.of in LATE
 
     def scene(self, scene: Scene, content: str, number: int) -> Scene:

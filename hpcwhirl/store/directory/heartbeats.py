@@ -114,7 +114,7 @@ class Note:
 
 
 def _note(path: Path) -> Note | None:
-    """Return the content of a heartbeat file; None if it is incomplete."""
+    """Return the note that a heartbeat file holds; None if it was written in part."""
     try:
         line, end, _ = read_regular(path).partition(b"\n")
         known = opened(line + end) or {}

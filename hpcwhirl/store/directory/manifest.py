@@ -257,7 +257,9 @@ def _check_twins(
 
 
 def _changed_file(old: Manifest, new: Manifest) -> str:
-    """Return the name of a swept engine file whose content has changed, else "".
+    """Return the path of an engine file that has changed since the plan was stored.
+
+    "" if none has; only swept engine files are compared.
 
     old, new : plan in the directory, and plan of this run
     """

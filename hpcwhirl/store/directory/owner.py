@@ -177,7 +177,7 @@ class Claim(AbstractContextManager["Claim"]):
 
     @property
     def held(self) -> bool:
-        """Whether the file of the claim still exists."""
+        """Whether this process still has the directory: the claim's file exists."""
         return self.path.exists()
 
     def check(self) -> None:

@@ -432,7 +432,7 @@ def samples_of(text: Record) -> int | None:
 
 
 def _size(traces: Path) -> int:
-    """Return the size of a trace file in bytes, 0 if the file does not exist."""
+    """Return the size of a trace file, bytes; 0 if the file does not exist."""
     try:
         state = traces.stat()
         return state.st_size if stat.S_ISREG(state.st_mode) else 0

@@ -76,7 +76,7 @@ class Runs:
         return found
 
     def why_stopped(self, run: int) -> str:
-        """Return why a run stopped early; "" if it did not or the reason is unknown."""
+        """Return why a run stopped early, from its file; "": it did not, or unknown."""
         try:
             found = json.loads(read_regular(self.place / f"{run:04d}.json"))
         except (OSError, ValueError, RecursionError):  # killed runs leave no whole file

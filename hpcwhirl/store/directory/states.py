@@ -87,9 +87,12 @@ class States:
             raise StoreError(f"{path} is not usable: {failed}") from None
 
     def hand_over(self, digest: str, after: str) -> bool:
-        """Copy the saved state of case `digest` for case `after`, which continues it.
+        """Copy the saved state of one case for another that is a longer run of it.
 
-        digest, after : digests of the two cases
+        Parameters
+        ----------
+        digest : digest of the case that has the state
+        after : digest of the longer run, which will continue from it
 
         Returns
         -------

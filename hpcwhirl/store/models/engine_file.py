@@ -222,10 +222,12 @@ def are_two_ways(there: Collection[str]) -> bool:
 
 
 def points_named(file: str) -> int:
-    """Return the number of contact points per tip, n_c, in an engine's file.
+    """Return the number of contact points per tip, n_c, that an engine's file has.
 
     Only shapes are read. It is 1 if the file has no such points, or cannot be read, so
     that its cases will fail.
+
+    file : path of the file; "": no file
     """
     with suppress(WhirlError):
         return _points_named(file, content_digest(file)) if file else 1

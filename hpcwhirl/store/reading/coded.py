@@ -36,7 +36,7 @@ class Coded:
         return cls(tuple(known.tolist()), code.astype(np.int8))
 
     def __len__(self) -> int:
-        """Return the number of cases."""
+        """Return the number of cases that have words here."""
         return len(self.code)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001 - NumPy's
@@ -49,11 +49,11 @@ class Coded:
         return Coded(self.known, self.code[rows])
 
     def __iter__(self) -> Iterator[str]:
-        """Yield the word of each case."""
+        """Yield the word of each case as text."""
         return map(self.known.__getitem__, self.code.tolist())
 
     def tolist(self) -> list[str]:
-        """Return the words of the cases as a list."""
+        """Return the words of all cases as a list of texts."""
         return list(self)
 
     def isin(self, words: Collection[str]) -> NDArray[np.bool_]:

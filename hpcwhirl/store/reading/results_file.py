@@ -206,11 +206,17 @@ class Results:
         return Rows({name: self[name] for name in (*ROW, *STATUS, *over)})
 
     def settings(self, case: int) -> dict[str, Any]:
-        """Return {dotted input: value} of all inputs of a case."""
+        """Return {dotted input: value} of all inputs of a case, from the plan."""
         return self.plan.base | self.plan.settings[case]
 
     def value(self, case: int, name: str) -> Any:
-        """Return the value of an input of a case; `name` is short or dotted."""
+        """Return the value of one input of a case.
+
+        Parameters
+        ----------
+        case : number of the case
+        name : short or dotted name of the input
+        """
         return self.settings(case)[full_name(name)]
 
     def scene(self, case: int) -> Scene:
@@ -234,11 +240,14 @@ class Results:
         return [sorted(line, key=self["speed"].__getitem__) for line in found.values()]
 
     def like(self, case: int) -> list[int]:
-        """Return the finished cases that differ from a case in speed only, by speed."""
+        """Return the finished cases that differ from a case in speed only.
+
+        They are ordered by speed, and include the case itself.
+        """
         return next(line for line in self.slices() if case in line)
 
     def others(self, case: int, sign: str = " = ", but: Sequence[str] = ()) -> str:
-        """Return a case's swept inputs as text, without `speed` and `history`.
+        """Return a case's swept inputs as text for titles, without speed and history.
 
         Parameters
         ----------
@@ -254,7 +263,7 @@ class Results:
         return {n: v for n, v in settings.items() if n not in ("speed", "history")}
 
     def traces(self, case: int) -> Traces:
-        """Return the traces of a case, and `time`.
+        """Read the traces of a case, {name: array}, including `time`.
 
         Raises
         ------
@@ -317,7 +326,7 @@ class Rows(Sequence[Row]):
         self.columns = columns
 
     def __len__(self) -> int:
-        """Return the number of cases."""
+        """Return the number of cases in the results."""
         return len(self.columns["status"])
 
     @overload

@@ -29,7 +29,7 @@ Mask = NDArray[np.bool_]
 
 
 def swept_of(data: xarray.Dataset | Results) -> list[str]:
-    """Return the names of the variables of swept inputs, in the order of the file."""
+    """Return the names of the swept inputs' variables in results, in file order."""
     return [n for n in str(data.attrs.get("swept", "")).split() if n in data]
 
 

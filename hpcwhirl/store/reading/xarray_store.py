@@ -107,12 +107,12 @@ class _Column(BackendArray):
 
 
 def _datasets(group: h5py.Group) -> Iterator[str]:
-    """Yield the names of the HDF5 datasets, the variables, in a group."""
+    """Yield the names of the variables (HDF5 datasets) in a group of a results file."""
     for name in group:
         if group.get(name, getclass=True) is h5py.Dataset:
             yield name
 
 
 def _name_of(file: h5py.File, axis: h5py.Reference) -> str:
-    """Return the path in the file of an axis, given by an HDF5 reference to it."""
+    """Return the path of an axis in a results file, from an HDF5 reference to it."""
     return str(h5py.h5r.get_name(axis, file.id), "utf-8")

@@ -96,7 +96,7 @@ class Contents:
 
     @property
     def twins(self) -> int:
-        """Number of twins of a case that has twins."""
+        """Number of twins of each case that has twins."""
         return int(self.plan.twins.get("count", 0))
 
     @cached_property

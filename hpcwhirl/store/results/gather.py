@@ -36,7 +36,7 @@ MORE = 1 << 16  # bytes of free space required beyond the known need
 
 
 def has_mpi_io() -> bool:
-    """Return whether h5py was built with parallel HDF5."""
+    """Return whether h5py was built with parallel HDF5, so that all ranks can write."""
     return bool(h5py.get_config().mpi)
 
 

@@ -28,7 +28,10 @@ EACH = "each"  # number of draws at a point: key of the root attribute, not of [
 
 
 def drawn_axis(plan: Manifest) -> Axis:
-    """Return a plan's draws as an axis of cases, the same at each sweep point."""
+    """Return the draws of a plan as an axis of cases: drawn inputs and their values.
+
+    Every point of the sweep has the same draws.
+    """
     return plan.table.blocks[0][-1]
 
 
@@ -75,7 +78,11 @@ class Drawn:
 
     @property
     def independent(self) -> NDArray[np.bool_]:
-        """Whether the draw of each case is independent of all others, (cases,)."""
+        """Whether the draw of each case is independent of all other draws, (cases,).
+
+        Those of `saltelli` that mix A and B are not, nor is the engine with equal
+        blades.
+        """
         if self.method != SALTELLI:
             return np.asarray(self.draw >= self.tuned)
         return np.asarray(self.block < 2)
