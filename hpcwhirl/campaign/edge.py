@@ -36,9 +36,11 @@ from hpcwhirl.scene.contact_laws import RIGID
 
 USUAL = Thresholds()
 AFTER = 2.0  # time at which the two states are taken, in durations of the pulse
-ROWS = 2  # rows of evidence in a stride: 1/6 of the period of `limits.fastest_line`
+# number of times in a stride at which evidence is recorded: a stride is 1/6 of the
+# period of `limits.fastest_line`
+ROWS = 2
 LOOKS = 3  # multiple of `look` after which an undecided side counts as unknown
-LATER = 0.5  # last fraction of the followed motion, from which numbers are computed
+LATER = 0.5  # numbers of an edge motion are computed from this last part of it
 Tell = Callable[[str], None] | None
 CAN_TELL = ("damped", "sustained", "divergent")
 

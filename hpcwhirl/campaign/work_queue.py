@@ -16,14 +16,19 @@ from numpy.typing import NDArray
 from hpcwhirl.campaign.plan.cost import Costs
 from hpcwhirl.planner.planner import Completion, Job, JobCode, Jobs, Planner
 
-SORTED_ANEW = 20_000  # most units sorted again: 30 ms, in which rank 0 does not answer
-EVERY = 8  # units are sorted again after 1/EVERY of those left have finished
-SHORTEST = 0.05  # s, predicted time up to which units are added to an answer
-A_RANK = 1e-3  # s per rank: the larger of this and `SHORTEST` is used; 20 answers
+# largest number of units left at which the queue is sorted again when predictions
+# improve; it takes 30 ms, in which rank 0 does not answer
+SORTED_ANEW = 20_000
+EVERY = 8  # the queue is sorted again after 1/EVERY of the units left have finished
+# An answer to a worker gets units until their predicted time is `SHORTEST`, s, or
+# `A_RANK`, s, times the number of ranks (some 20 answers of rank 0), if that is more.
+SHORTEST = 0.05
+A_RANK = 1e-3
 MOST = 128  # largest number of units in an answer, so that MPI sends it eagerly
-# s per rank: predicted time up to which `FAIR` is ignored; two answers of rank 0
+# s per rank, predicted time (two answers of rank 0) that an answer to a worker has
+# even if it is more than its fair share, see `FAIR`
 LEAST_A_RANK = 1e-4
-FASTEST = 1e-4  # s, least predicted time of a unit
+FASTEST = 1e-4  # s, predicted time that every unit has at least
 FAIR = 4  # an answer has at most 1/FAIR of an even share of the units left
 GOLDEN = 0.6180339887498949
 LAST = 0  # priority of units that are handed out after all others

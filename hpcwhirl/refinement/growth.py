@@ -42,9 +42,11 @@ class Growth:
     panels : number of panels (combinations of the inputs not refined); or, if panels
         are branches, the coarse cells of each one
     levels : levels after which mixed cells are speckle, see `Tree`
-    confirm : whether there is a second fidelity
-    budget : largest sum of the cases' costs, without twins, then the cost of one case
-        at fidelity 0 and at 1, all in cases or in core hours; empty for no limit
+    confirm : whether cases at boundaries are repeated with another preset (second
+        fidelity)
+    budget : largest sum of the cases' costs, without twins, then the cost of a first
+        computation (fidelity 0) and of a repetition (fidelity 1), all in cases or in
+        core hours; empty for no limit
     twins : which cases have twins, see `Tree`
 
     Attributes

@@ -45,8 +45,9 @@ class Rule:
         never
     confirm : preset with which boundaries are computed again; "": they are not
     inputs : {dotted name: value} that `confirm` sets
-    budget : largest total cost, then the cost of a case at fidelity 0 and at 1, all in
-        cases or in core hours; empty for no limit
+    budget : largest total cost, cost of the first computation of a case (fidelity 0),
+        and of its repetition with `confirm` (fidelity 1), all in cases or in core
+        hours; empty for no limit
     """
 
     over: tuple[str, ...]

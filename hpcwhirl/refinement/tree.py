@@ -71,21 +71,21 @@ class Tree:
     which only ever add to them:
 
     - A cell is split if two of its points (corners, and hanging points on its sides)
-    have different words by the same fidelity.
+      have different words by the same fidelity.
     - Split cells are balanced: the neighbours of a split cell, even at a corner, are
-    not coarser than it; coarser ones are split.
+      not coarser than it; coarser ones are split.
     - Nothing is split or confirmed in speckle. A cell lies in speckle if the cell
-    `levels` above it has many mixed descendants: of all cells into which that one could
-    be split `levels` down, more than three quarters have different words at their
-    corners. Only cells with different words at their corners are split for this, and
-    only words at points of the upper cell are used.
+      `levels` above it has many mixed descendants: of all cells into which that one
+      could be split `levels` down, more than three quarters have different words at
+      their corners. Only cells with different words at their corners are split for
+      this, and only words at points of the upper cell are used.
     - With a second fidelity, the corners of a mixed cell at its end are confirmed, that
-    is, computed with it. So are those of every cell around a point whose word the
-    second fidelity changes, except cells that are split anyway by the first words at
-    their corners.
+      is, computed with it. So are those of every cell around a point whose word the
+      second fidelity changes, except cells that are split anyway by the first words at
+      their corners.
     - Cases with a word at the corners of mixed cells in speckle have twins; if `twins`
-    is "boundary", also those of mixed cells at their end, by the second fidelity if
-    there is one.
+      is "boundary", also those of mixed cells at their end, by the second fidelity if
+      there is one.
 
     A case that has ended without a word has no effect: no cell is split or confirmed
     because of it, and it has no twins.

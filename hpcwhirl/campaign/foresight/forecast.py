@@ -41,10 +41,12 @@ from hpcwhirl.store.results.contents import sizes_of
 from hpcwhirl.store.results.sizes import Bytes, bytes_of
 from hpcwhirl.store.results.variables import DETAIL, LAW
 
-LITTLE = 0.1  # least share of a case's steps from which its whole cost is extrapolated
+# least share of its steps that a case counts as integrated, where the time of the
+# whole case is extrapolated
+LITTLE = 0.1
 APART = 0.25  # relative difference of the times of two runs on a shared machine
 SIDES = 2.0  # half the width of a range of times, in standard errors
-GUESSED = 2.0  # factor of uncertainty of the number of refined cases
+GUESSED = 2.0  # factor by which the number of refined cases may be wrong
 # Times, s, on the machine where the program started in `LOADED` s: for connecting ranks
 # and loading kernels; for gathering in total, per row and per byte of traces; for a
 # map, and per case of it; for a page, and per case with traces on it.

@@ -64,7 +64,8 @@ def grown(design: Design, ended: Ended, mean: float) -> Beyond:
     ----------
     design : the campaign's cases
     ended : completed jobs in its directory
-    mean : kernel time of a coarse case, s, used if no refined case has finished
+    mean : kernel time of a coarse case (case of [sweep]), s, used if no refined case
+        has finished
     """
     known, asked = _known(design, ended)
     words: dict[Address, Word | None] = {a: one.word for a, one in known.items()}
@@ -104,9 +105,10 @@ def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
 def _each(
     design: Design, known: Mapping[Address, Known], mean: float
 ) -> tuple[float, float]:
-    """Return the mean kernel times, s, of a refined case at fidelity 0 and at 1.
+    """Return the mean kernel times, s, of a refined case: first and confirming.
 
-    Fidelity 1 is the repetition of a case with the preset `confirm`.
+    The first computation of a case has fidelity 0, the repetition with the preset
+    `confirm` fidelity 1.
 
     Parameters
     ----------
@@ -128,10 +130,10 @@ def _each(
 
 
 def _steps(design: Design) -> tuple[float, float]:
-    """Return the numbers of time steps of a refined case at fidelity 0 and at 1.
+    """Return the numbers of time steps of a refined case: first and confirming.
 
-    Fidelity 1 is the repetition of a case with the preset `confirm`. The middle one of
-    the coarse cases stands for all.
+    The first computation of a case has fidelity 0, the repetition with the preset
+    `confirm` fidelity 1. The middle one of the coarse cases stands for all.
     """
     family = design.family
     middle = family.coarse[len(family.coarse) // 2]
@@ -142,11 +144,13 @@ def _steps(design: Design) -> tuple[float, float]:
 
 
 def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int, int]:
-    """Return an estimate of the numbers of refined cases at fidelity 0 and at 1.
+    """Return an estimate of the numbers of refined cases that words will require.
 
-    The rule of refinement is applied as if every case had the regime of the nearest
-    known case. If known cases are spread evenly, the resulting boundaries are about as
-    long as the real ones; if regimes are scattered, they are too short.
+    There are two: first computations (fidelity 0), and repetitions with the preset
+    `confirm` (fidelity 1). The rule of refinement is applied as if every case had the
+    regime of the nearest known case. If known cases are spread evenly, the resulting
+    boundaries are about as long as the real ones; if regimes are scattered, they are
+    too short.
 
     Parameters
     ----------

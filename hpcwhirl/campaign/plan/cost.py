@@ -31,8 +31,10 @@ from hpcwhirl.store.models.engine_file import points_named
 
 NEAREST = 4  # number of finished cases from which a prediction is taken
 MOST_KNOWN = 4096  # largest number of finished cases considered
-APART = 10.0  # distance between different words; numeric inputs range over 0 .. 1
-CLOSE = 1e-4  # squared distance below which neighbours have equal weight
+# distance between two cases of which one input is a different word, such as the
+# scheme; numeric inputs are scaled to 0 .. 1
+APART = 10.0
+CLOSE = 1e-4  # squared distance below which finished cases have equal weight
 AT_ONCE = 1 << 16  # number of cases whose neighbours are searched together
 MOST_MODELS = 512  # largest number of models built to get their time step
 # inputs on which the time step does not depend, or only if they are extreme

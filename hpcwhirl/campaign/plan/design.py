@@ -98,7 +98,8 @@ class Design:
     swept : dotted names of the swept inputs, in the order of the file
     rules : the table [campaign]; no result depends on it
     contents : {engine file: SHA-256} when the design was made; part of the digests
-    begun : `base` of the plan in an existing directory; not sent to other ranks
+    begun : inputs in the plan that an existing directory stores; not sent to other
+        ranks
     measure : a user's own function of a case; not sent to other ranks
     sample : how inputs were drawn; not sent to other ranks
     twins : the table [twins]; None: there is no such table
@@ -309,10 +310,11 @@ class Design:
         return known
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
-        """Return the mean kernel time of a coarse case at fidelity 0 and at 1, s.
+        """Return the mean predicted kernel time of a coarse case (case of [sweep]), s.
 
-        Coarse cases are those of [sweep]; at fidelity 1 they have the preset `confirm`
-        of the rule. Both times are the same if `rule` has no such preset.
+        There are two: for its first computation (fidelity 0), and for the repetition
+        with the preset `confirm` of the rule (fidelity 1); they are the same if `rule`
+        has no such preset.
         """
         refined = replace(self, rule=rule)
 

@@ -80,9 +80,10 @@ class Coarse(Protocol):
         """The table [twins] of the campaign; None: there is no such table."""
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
-        """Return the mean predicted kernel time of coarse cases at fidelity 0 and 1, s.
+        """Return the mean predicted kernel time of a coarse case, s.
 
-        At fidelity 1 a case has the preset `confirm` of the rule.
+        There are two: for its first computation (fidelity 0), and for the repetition
+        with the preset `confirm` of the rule (fidelity 1).
         """
 
 
@@ -272,15 +273,18 @@ def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -
 def _budget(
     given: Mapping[str, float] | None, design: Coarse, rule: Rule
 ) -> tuple[float, ...]:
-    """Return (largest total cost, cost of a case at fidelity 0, at 1); (): no budget.
-
-    The costs are numbers of cases or core hours.
+    """Return the budget of a refined campaign, for `Rule`; () if there is none.
 
     Parameters
     ----------
     given : {cases = N} or {core_hours = H}; None: no budget
     design : the coarse cases
     rule : rule by which they are refined
+
+    Returns
+    -------
+    (largest total cost, cost of a first computation, cost of its repetition with the
+    preset `confirm`), in cases or core hours
     """
     if not given:
         return ()

@@ -91,7 +91,9 @@ class Sample(SampleTable):
         return self._axis(together.reshape(-1, sum(widths)), widths)
 
     def _unit(self, size: int) -> Floats:
-        """Return the draws as points in the unit cube, (count, size), without laws.
+        """Return the draws as points in the unit cube, (count, size).
+
+        The distributions (laws) of the inputs are applied to them afterwards.
 
         size : number of numbers in a draw
         """

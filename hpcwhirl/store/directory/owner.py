@@ -192,7 +192,7 @@ class Claim(AbstractContextManager["Claim"]):
             raise StoreError(msg + "taken over meanwhile")
 
     def release(self) -> None:
-        """Give the directory free for other processes: remove the file of the claim."""
+        """Free the directory for other processes: remove the file of the claim."""
         self._end.set()
         self.take_back()
 
