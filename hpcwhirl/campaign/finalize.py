@@ -48,12 +48,13 @@ class Ending:
 
     Attributes
     ----------
-    complete : whether all cases have ended and results were written
+    complete : whether all cases (of this shard) have ended and results are written,
+        unless other shards are not complete
     cases : number of cases of the campaign
     failed : number of cases without a result, for any reason: of the campaign when it
         is complete, of this shard while other shards are not complete
     missing : number of failed cases that have no record at all
-    results : path of results.h5
+    results : path of results.h5; None: there are no results yet
     reason : reason for an early stop
     gave_up : whether the run stopped after `max_fails` failures
     piloted : whether the run was a pilot and stopped when its time was up

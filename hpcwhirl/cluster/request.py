@@ -107,7 +107,7 @@ class Request:
         self._check_together()
 
     def _check_slurm(self) -> None:
-        """Raise InputError for wrong options of Slurm, or for another scheduler."""
+        """Raise InputError for Slurm's options, if wrong or for another scheduler."""
         for name, (pattern, what) in SLURM.items():
             given = getattr(self, name)
             for value in (given,) if isinstance(given, str) else given:
@@ -137,7 +137,10 @@ class Request:
             raise InputError(msg)
 
     def _check_together(self) -> None:
-        """Raise InputError for options that exclude each other or are not allowed."""
+        """Raise InputError for options that exclude each other.
+
+        The same is done for options that the scheduler does not have.
+        """
         allowed = SCHEDULERS[self.scheduler].launchers
         if self.launcher and self.launcher not in allowed:
             msg = f"--launcher of {self.scheduler} must be {' or '.join(allowed)}"

@@ -33,7 +33,8 @@ class Cells:
     level : (m,), number of bisections by which the cell has been made
     state : (m,), index in `STATES`: all corners have one word, several words, or the
         cell lies in speckle
-    confirmed : (m,), 1 if all corners have a word by the second fidelity, else 0
+    confirmed : (m,), 1 if the cases at all corners have a word by the repetition with
+        the preset `confirm`, else 0
     """
 
     corner: Ints

@@ -169,7 +169,9 @@ class Notes:
                         path.unlink()
 
     def forget(self, finished: Collection[str]) -> None:
-        """Remove the notes of dead processes whose cases have all ended meanwhile.
+        """Remove the notes whose cases have all ended meanwhile.
+
+        A note of a process that is alive on this host is kept.
 
         finished : digests of ended cases
         """

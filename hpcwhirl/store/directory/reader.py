@@ -77,9 +77,9 @@ class Rows:
         return len(self.slots)
 
     def take(self, which: Cases) -> Rows:
-        """Return a batch of only those records that have given indices, all different.
+        """Return a batch of only those records of this one that have given indices.
 
-        which : (m,), indices of the records
+        which : (m,), indices of the records, all different
         """
         if np.array_equal(which, np.arange(len(self))):
             return self
@@ -361,7 +361,10 @@ def _json(text: bytes) -> Record | None:
 
 
 def _have_words(slots: Array, layout: Layout) -> Bools:
-    """Return for each slot whether all its codes of words have a word, (slots,)."""
+    """Return for each slot whether the header has words for its codes, (slots,).
+
+    A slot stores a word as its index (code) in the list of words in the header.
+    """
     good = np.ones(len(slots), dtype=bool)
     for name, words in layout.words.items():
         good &= slots[name] < max(len(words), 1)
