@@ -1,4 +1,4 @@
-"""Entry point of `python -m hpcwhirl`."""
+"""Run the command `hpcwhirl` when Python is started as `python -m hpcwhirl`."""
 
 import sys
 

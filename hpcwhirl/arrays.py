@@ -1,4 +1,7 @@
-"""Names of NumPy array types by the type of their elements, for annotations."""
+"""Type annotations for NumPy arrays, such as `Floats` for arrays of float64.
+
+Each name is an alias of `numpy.typing.NDArray` with the type of the array's elements.
+"""
 
 from __future__ import annotations
 

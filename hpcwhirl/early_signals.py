@@ -1,8 +1,9 @@
-"""Record signals while a campaign's modules are imported, so that none ends it.
+"""Record stop signals that arrive while the modules of a campaign are still imported.
 
 The imports of a campaign take up to a second, on a shared file system longer. A signal
-that a scheduler sends in that time asks to stop, like a later signal. This
-module imports nothing heavy, so that the handlers are installed first.
+(TERM, USR1, INT) that a scheduler sends in that time would end the process; with the
+handlers of this module it is recorded in `heard`, and the campaign then stops as for a
+later signal. This module imports nothing heavy, so that it can be imported first.
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ def _hear(number: int, _frame: object) -> None:
 
 
 def listen() -> None:
-    """Record `SIGNALS` in `heard` from now on; do nothing outside the main thread.
+    """Install handlers that record the stop signals `SIGNALS` in `heard` from now on.
 
-    The signals are unblocked, too: if the launcher blocked them (``env
-    --block-signal``), those sent while Python itself started are delivered now.
+    Outside the main thread nothing is done. The signals are unblocked, too: if the
+    launcher blocked them (``env --block-signal``), those sent while Python itself
+    started are delivered now.
     """
     heard.clear()
     try:
@@ -35,7 +37,7 @@ def listen() -> None:
 
 
 def leave(*, program: bool) -> None:
-    """Restore the handlers that `listen` replaced.
+    """Put back the signal handlers that were installed before `listen` was called.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
-"""Errors of hpcwhirl: each message says what is wrong, the value, and what is allowed.
+"""Exceptions of hpcwhirl, and functions that write their messages.
 
-Every class also derives from a builtin exception, so that a caller may catch either.
-`say` prints lines beside the results of a command: progress and warnings.
+A message says what is wrong, the value given, and what is allowed. Every class also
+derives from a builtin exception, so that a caller may catch either. `say` prints
+progress and warnings on stderr.
 """
 
 from __future__ import annotations
@@ -24,7 +25,10 @@ PASSING = {errno.ENOSPC, errno.EDQUOT, errno.EROFS}
 
 
 class WhirlError(Exception):
-    """Base of every error that hpcwhirl raises on purpose; its text is one line."""
+    """Base class of all exceptions that hpcwhirl raises on purpose.
+
+    The text of such an exception is printed as one line, without a traceback.
+    """
 
     def __str__(self) -> str:
         """Return the message as one line, with control characters of inputs escaped."""
@@ -48,7 +52,7 @@ class StoreError(WhirlError, ValueError):
 
 
 class ModelError(WhirlError, ArithmeticError):
-    """A structural model fails a consistency check; the message says by how much."""
+    """A structural model fails a check of its matrices; the message gives the miss."""
 
 
 class CaseError(WhirlError, RuntimeError):
@@ -60,11 +64,14 @@ class StoppedError(WhirlError, RuntimeError):
 
 
 def unwritable(message: str, failed: OSError | int) -> MissingFileError:
-    """Return the error for an unwritable file, `NoRoomError` for a temporary cause.
+    """Return the exception to raise for a file or directory that cannot be written.
+
+    It is a `NoRoomError` if the cause is temporary, such as a full disk, else a
+    `MissingFileError`.
 
     Parameters
     ----------
-    message : text of the error
+    message : text of the exception
     failed : the exception of the operating system, or its errno
     """
     number = failed if isinstance(failed, int) else failed.errno
@@ -72,7 +79,7 @@ def unwritable(message: str, failed: OSError | int) -> MissingFileError:
 
 
 def unreadable(path: Path | str, failed: OSError) -> MissingFileError:
-    """Return the error for an existing file that cannot be read.
+    """Return the exception to raise for an existing file that cannot be read.
 
     failed : the exception of the operating system
     """
@@ -80,9 +87,10 @@ def unreadable(path: Path | str, failed: OSError) -> MissingFileError:
 
 
 def one_line(text: str, most: int = LONGEST) -> str:
-    """Return a text with control characters escaped, its middle cut out if too long.
+    """Return a text as one line of at most `most` characters, for a message.
 
-    most : largest number of characters
+    Control characters are escaped; the middle of a longer text is replaced by the
+    number of characters left out.
     """
     if len(text) > most:
         cut = len(text) - most
@@ -93,7 +101,10 @@ def one_line(text: str, most: int = LONGEST) -> str:
 
 
 def legible(text: str) -> str:
-    """Return a text with control characters escaped, except line feeds and tabs."""
+    """Return a text for printing, with control characters escaped.
+
+    Line feeds and tabs are kept.
+    """
     if text.isprintable():
         return text
     return "".join(
@@ -105,7 +116,7 @@ def legible(text: str) -> str:
 
 
 def text_of(failed: BaseException) -> str:
-    """Return an exception's class and message as text, even if ``__str__`` raises."""
+    """Return class and message of an exception as text, even if ``__str__`` raises."""
     try:
         return f"{type(failed).__name__}: {failed}"
     except BaseException as worse:  # noqa: BLE001 - the class may be a user's
@@ -114,7 +125,7 @@ def text_of(failed: BaseException) -> str:
 
 
 class _Short(reprlib.Repr):
-    """Formatter of Python values for messages: `repr`, shortened."""
+    """Formatter of Python values for messages: `repr`, with long values cut short."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -122,7 +133,10 @@ class _Short(reprlib.Repr):
         self.maxdict = self.maxlist = self.maxtuple = 8
 
     def repr_int(self, x: int, level: int) -> str:
-        """Format an integer; Python refuses to print one of over 4,300 digits."""
+        """Return the digits of an integer, or its number of bits if it is huge.
+
+        Python refuses to print an integer of over 4,300 digits.
+        """
         if x.bit_length() > 300:
             return f"a whole number of {x.bit_length()} bits"
         return super().repr_int(x, level)
@@ -134,16 +148,24 @@ def shown(value: Any) -> str:
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Return ``"; did you mean 'x'?"``, x the name in `known` nearest to `word`.
+    """Return a hint at a misspelt name, ``"; did you mean 'x'?"``, for a message.
 
-    The text is empty if no name is near.
+    x is the name in `known` that is most similar to `word`; the hint is empty if none
+    is similar.
     """
     matches = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
     return f"; did you mean '{matches[0]}'?" if matches else ""
 
 
 def unknown(what: str, word: str, known: Iterable[str]) -> InputError:
-    """Return the error "unknown WHAT 'WORD'", with the nearest of the known names."""
+    """Return the exception for a name that is not among the names allowed.
+
+    Parameters
+    ----------
+    what : kind of thing that is named, such as "option", for the message
+    word : the name that was given
+    known : allowed names; the message has the most similar one, or a list of all
+    """
     names = sorted(known)
     word = one_line(word, SHOWN)
     hint = nearest(word, names) or f"; known: {_listed(names)}"
@@ -151,7 +173,7 @@ def unknown(what: str, word: str, known: Iterable[str]) -> InputError:
 
 
 def as_table(what: str, given: Any, known: Collection[str] = ()) -> Mapping[str, Any]:
-    """Return a value unchanged after checking that it is a table with known keys.
+    """Check that a user's value is a table with known keys, and return it unchanged.
 
     Parameters
     ----------
@@ -173,7 +195,10 @@ def as_table(what: str, given: Any, known: Collection[str] = ()) -> Mapping[str,
 
 
 def _listed(names: list[str]) -> str:
-    """Join names by commas; if too many, the first and the number of the others."""
+    """Return names joined by commas, for a message; of too many, only the first.
+
+    The first names are then followed by the number of those left out.
+    """
     first: list[str] = []
     room = 3 * SHOWN
     for name in names:
@@ -185,6 +210,9 @@ def _listed(names: list[str]) -> str:
 
 
 def say(text: str) -> None:
-    """Write a line of plain text on stderr, where no results are; flush it."""
+    """Write one line of plain text, such as a warning, on stderr, and flush it.
+
+    Results of commands go to stdout, so they never mix with these lines.
+    """
     sys.stderr.write(f"hpcwhirl: {text}\n")
     sys.stderr.flush()

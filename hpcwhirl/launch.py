@@ -1,8 +1,8 @@
-"""How this process was started: alone, as one of several ranks, or as a shard.
+"""How this process was started: alone, as one of several MPI ranks, or as a shard.
 
-The only module that imports mpi4py, and only if several ranks were started or `doctor`
-inspects MPI. A single process never initializes MPI: it runs the code of rank 0 with
-`Alone` as its communicator.
+This is the only module that imports mpi4py, and only if several ranks were started or
+`doctor` inspects MPI. A single process never initializes MPI: it runs the code of rank
+0 with `Alone` as its communicator.
 """
 
 from __future__ import annotations
@@ -42,7 +42,10 @@ MOST_SHARDS = 100_000  # more than any scheduler's array has elements
 
 
 class Alone:
-    """Communicator of a single process, with the methods of mpi4py used here."""
+    """Communicator of a single process, in place of mpi4py's where MPI is not started.
+
+    It has those methods of an mpi4py communicator that hpcwhirl calls.
+    """
 
     rank, size = 0, 1
 
@@ -51,15 +54,15 @@ class Alone:
         return value
 
     def scatter(self, values: Any, root: int = 0) -> Any:  # noqa: ARG002
-        """Return the first value, the part of the only rank."""
+        """Return `values[0]`, the part that belongs to the only rank."""
         return values[0]
 
     def gather(self, value: Any, root: int = 0) -> list[Any]:  # noqa: ARG002
-        """Return the values of all ranks: a list of one."""
+        """Return a list of one: the value of the only rank."""
         return [value]
 
     def allgather(self, value: Any) -> list[Any]:
-        """Return the values of all ranks: a list of one."""
+        """Return a list of one: the value of the only rank."""
         return [value]
 
     def Barrier(self) -> None:
@@ -70,7 +73,7 @@ class Alone:
         return False
 
     def Abort(self, code: int) -> None:
-        """Do nothing: there are no other ranks to end."""
+        """Do nothing: MPI would end the other ranks here, and there are none."""
 
 
 Communicator: TypeAlias = "Alone | Comm"
@@ -78,9 +81,10 @@ ALONE = Alone()
 
 
 def launched_ranks() -> int:
-    """Return the number of ranks started, as the launcher's environment says.
+    """Return the number of MPI ranks that the launcher (mpirun, srun) has started.
 
-    MPI is not imported; 1 without a launcher.
+    It is read from the environment variables `LAUNCHERS`, without importing MPI; it is
+    1 without a launcher.
     """
     sizes = [os.environ[name] for name in LAUNCHERS if name in os.environ]
     if {"PMIX_RANK", "PMI_RANK", "SLURM_PROCID"} & os.environ.keys():
@@ -91,20 +95,21 @@ def launched_ranks() -> int:
 
 
 def launched_first() -> bool:
-    """Return whether the launcher's environment names this process rank 0.
+    """Return whether this process is rank 0 according to the launcher's environment.
 
-    MPI is not asked; True without a launcher.
+    The environment variables `RANKS` are read, without importing MPI; True without a
+    launcher.
     """
     return next((os.environ[n] for n in RANKS if n in os.environ), "0") == "0"
 
 
 def communicator() -> Communicator:
-    """Return the communicator of all ranks started together, or `ALONE`.
+    """Return the MPI communicator of all ranks started; `ALONE` for a single process.
 
     Raises
     ------
     InputError
-        if the size of MPI's world is not the number of ranks started
+        if MPI sees another number of ranks than the launcher has started
     """
     ranks = launched_ranks()
     if ranks == 1:
@@ -121,10 +126,10 @@ def communicator() -> Communicator:
 
 
 def rest_until_root(comm: Any) -> None:
-    """Wait until rank 0 has called this function, too; every rank must call it.
+    """Wait, nearly without using a core, until rank 0 has called this function, too.
 
-    The other ranks sleep meanwhile: in a collective call of MPI each would keep a core
-    busy.
+    Every rank must call it, before a collective call of MPI in which it would otherwise
+    keep a core busy while rank 0 still works.
     """
     if comm.rank == 0:
         for rank in range(1, comm.size):
@@ -138,9 +143,12 @@ def rest_until_root(comm: Any) -> None:
 
 
 def from_root(comm: Any, value: Any) -> Any:
-    """Return rank 0's value on every rank; the others sleep until it is known.
+    """Return the value that rank 0 passes, on every rank; the others sleep meanwhile.
 
-    value : what rank 0 returns; not used on other ranks
+    Parameters
+    ----------
+    comm : communicator of all ranks, each of which must call this function
+    value : the value on rank 0; not used on other ranks
     """
     rest_until_root(comm)
     return comm.bcast(value, root=0)
@@ -167,7 +175,10 @@ def end_all(comm: Communicator, code: int) -> None:
 
 
 def _unread(number: int) -> int:
-    """Return the number of unread bytes in a pipe, by its descriptor; 0 for no pipe."""
+    """Return how many bytes in a pipe its reader has not read yet; 0 if it is no pipe.
+
+    number : file descriptor of the pipe, such as 1 for stdout
+    """
     waiting = array.array("i", [0])
     try:
         if stat.S_ISFIFO(os.fstat(number).st_mode):
@@ -178,16 +189,16 @@ def _unread(number: int) -> int:
 
 
 def world() -> Comm:
-    """Initialize MPI and return its world communicator."""
+    """Initialize MPI and return mpi4py's communicator of all ranks, `COMM_WORLD`."""
     from mpi4py import MPI
 
     return MPI.COMM_WORLD
 
 
 def node_of(comm: Communicator) -> Communicator:
-    """Return the communicator of those ranks of `comm` that share this node's memory.
+    """Return the communicator of those ranks of `comm` that run on the same node.
 
-    Collective over `comm`.
+    All ranks of `comm` must call this function.
     """
     if isinstance(comm, Alone):
         return comm
@@ -197,19 +208,22 @@ def node_of(comm: Communicator) -> Communicator:
 
 
 def library() -> str:
-    """Return the MPI library's name and version: the first line of its version text."""
+    """Return name and version of the MPI library that mpi4py has loaded.
+
+    They are the first line of the library's version text.
+    """
     from mpi4py import MPI
 
     return MPI.Get_library_version().splitlines()[0].strip("\x00 ")
 
 
 def library_of(comm: Communicator) -> str:
-    """Return name and version of the MPI library, or ``none`` for a single process."""
+    """Return name and version of the MPI library in use; for one process, ``none``."""
     return "none" if isinstance(comm, Alone) else library()
 
 
 def family(text: str) -> str:
-    """Return the MPI family, a key of `FAMILIES`, that a version text names; else "".
+    """Return the MPI family that a version text names: a key of `FAMILIES`; else "".
 
     text : version text of an MPI library or launcher
     """
@@ -224,10 +238,11 @@ def has_pmi() -> bool:
 
 
 def alien_family() -> str:
-    """Return the MPI family that aborts if initialized in this process; "": none.
+    """Return the MPI family that would abort this process if it were initialized here.
 
-    MPICH aborts under Open MPI's mpirun; Open MPI aborts under an srun without PMI
-    (``--mpi=none``), unless it was built with Slurm's PMI-1, which works with pmi2.
+    It is a key of `FAMILIES`, or "" if none would abort. MPICH aborts under Open MPI's
+    mpirun; Open MPI aborts under an srun without PMI (``--mpi=none``), unless it was
+    built with Slurm's PMI-1, which works with pmi2.
     """
     if "OMPI_COMM_WORLD_SIZE" in os.environ:
         return "MPICH"
@@ -235,10 +250,11 @@ def alien_family() -> str:
 
 
 def alien_library() -> str:
-    """Return the name of mpi4py's MPI library if it would abort here, else "".
+    """Return the name of mpi4py's MPI library if its start would abort this process.
 
-    Where one family would abort, the name is read without initializing MPI; a library
-    of the other family is then initialized.
+    Otherwise return "". If one of the MPI families would abort under this launcher, the
+    library's name is read without initializing MPI; a library of the other family is
+    then initialized.
     """
     if not (alien := alien_family()):
         return ""
@@ -254,9 +270,10 @@ def alien_library() -> str:
 
 
 def without_mpi() -> None:
-    """Keep imports from initializing MPI in this process, such as a parallel h5py's.
+    """Prevent later imports, such as that of a parallel h5py, from initializing MPI.
 
-    A child process of a rank inherits its environment and would claim its rank.
+    A child process of a rank inherits the rank's environment; with MPI it would claim
+    to be that rank.
     """
     import mpi4py
 
@@ -264,10 +281,15 @@ def without_mpi() -> None:
 
 
 def interpreter(module: str, *words: str) -> list[str]:
-    """Return the command line that runs `main` of this program's module `module`.
+    """Return the command line of a new Python process that runs `main` of a module.
 
-    The child gets the ``sys.path`` of this process, so that another version of the
-    program in the working directory is not imported.
+    The new process gets the ``sys.path`` of this one, so that another version of
+    hpcwhirl in the working directory is not imported.
+
+    Parameters
+    ----------
+    module : dotted name of a module of hpcwhirl that has a function `main`
+    words : arguments of the process
     """
     path = ascii(sys.path)
     run = f"import sys; sys.path[:] = {path}; from {module} import main; main()"
@@ -275,9 +297,9 @@ def interpreter(module: str, *words: str) -> list[str]:
 
 
 def fate(code: int) -> str:
-    """Return text such as "ended with exit code 1" for the return code of a process.
+    """Return how a process ended, such as "ended with exit code 1", for a message.
 
-    Negative codes are those of `subprocess`: minus the number of a signal.
+    code : return code as `subprocess` gives it: negative for a signal
     """
     if code >= 0:
         return f"ended with exit code {code}"
@@ -287,23 +309,31 @@ def fate(code: int) -> str:
 
 @dataclass(frozen=True)
 class Shard:
-    """One of the N parts of a campaign: the I-th, counted from 1."""
+    """One of the N parts into which a campaign's cases are divided (``--shard I/N``).
+
+    Each part is computed by a job of its own, without MPI between the jobs.
+
+    Attributes
+    ----------
+    number : I, counted from 1
+    of : N
+    """
 
     number: int
     of: int
 
     def __str__(self) -> str:
-        """Return ``I/N``."""
+        """Return the shard as the text ``I/N`` that the user gives."""
         return f"{self.number}/{self.of}"
 
 
 def parse_shard(text: str) -> Shard:
-    """Return the shard that a text ``I/N`` names.
+    """Return the shard for the text ``I/N`` of the option ``--shard``.
 
     Raises
     ------
     InputError
-        unless I and N are whole numbers with 1 <= I <= N
+        unless I and N are whole numbers with 1 <= I <= N <= `MOST_SHARDS`
     """
     found = re.fullmatch(r"([0-9]{1,19})/([0-9]{1,19})", text)
     shard = Shard(*map(int, found.groups())) if found else None

@@ -1,7 +1,7 @@
-"""Open regular files only, so that no read blocks or goes on for ever.
+"""Open regular files only, so that reading a file can neither block nor go on for ever.
 
 Opening a FIFO without a writer blocks, and a device may have no end. Every file that is
-named by a user or found in a campaign's directory is opened here.
+named by a user or found in a campaign's directory is opened by these functions.
 """
 
 from __future__ import annotations
@@ -30,7 +30,10 @@ def open_regular(path: Path | str, mode: str = "rb", buffering: int = -1) -> Any
 
 
 def _opener(path: str, flags: int) -> int:
-    """Open without blocking on a FIFO; raise OSError unless the file is regular."""
+    """Open a file without blocking on a FIFO; raise OSError unless the file is regular.
+
+    This is the function that `open_regular` passes to `open` as `opener`.
+    """
     handle = os.open(path, flags | os.O_NONBLOCK, 0o666)
     try:
         _refuse(os.fstat(handle), path)
@@ -41,7 +44,10 @@ def _opener(path: str, flags: int) -> int:
 
 
 def check_regular(path: Path | str) -> int:
-    """Return the size of a regular file in bytes; raise OSError for anything else."""
+    """Return the size of a regular file in bytes; raise OSError if it is not regular.
+
+    A missing file, a directory, a device, a FIFO and a socket are not regular.
+    """
     try:
         state = os.stat(path)  # noqa: PTH116 - a name with NUL is an OSError here
     except ValueError as failed:
@@ -51,14 +57,20 @@ def check_regular(path: Path | str) -> int:
 
 
 def read_regular(path: Path | str) -> bytes:
-    """Return the content of a regular file."""
+    """Return the bytes of a regular file; raise OSError for a FIFO or a device."""
     with open_regular(path) as file:
         data: bytes = file.read()
         return data
 
 
 def _refuse(state: os.stat_result, path: Path | str) -> None:
-    """Raise OSError unless `state`, the status of a file, is that of a regular file."""
+    """Raise OSError if the status of a file says that the file is not a regular one.
+
+    Parameters
+    ----------
+    state : status of the file from `os.stat`
+    path : path of the file, for the message
+    """
     if stat.S_ISDIR(state.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not stat.S_ISREG(state.st_mode):

@@ -1,7 +1,7 @@
-"""Campaigns: designs of many cases, a single case, and distribution over MPI ranks.
+"""Campaigns: list many cases, compute them on MPI ranks, stop, continue and gather.
 
 The package `plan` lists the cases and how each is computed; `foresight` predicts their
-cost; the other modules run a campaign, and `run.Session` calls them in order.
+computing time; the other modules run a campaign; `run.Session` calls them in order.
 
 The package is callable: `hpcwhirl.campaign("whirl.toml", "results")` calls the function
 `campaign`.
@@ -16,13 +16,13 @@ case is computed by a new interpreter, never by a fork of a process that has ini
 MPI. Every message is received (each worker waits for one HALT), since an unread message
 makes `srun --mpi=pmi2` hang in MPI_Finalize.
 
-A unit is a job: a case or one of its twins, with its planned duration or, if it is
-undecided and the campaign was extended, a longer one. Rank 0 receives the completion
-and the computing time of every job, and at once hands out the jobs that follow from it:
-refined cases, later stages, twins. There are no rounds, except with a budget. A rank
-without work waits as long as running jobs may lead to others. The jobs left are planned
-again from the journals at every start and by every reader of a directory, so the set of
-jobs depends on words only.
+A unit of work is a job: a case or one of its twins, integrated for its planned
+duration or, if it is undecided and the campaign was extended, for a longer one. Rank 0
+is told how every job ended and how long it took, and at once hands out the jobs that
+follow from it: refined cases, longer runs (stages), twins. It does not wait for all
+running jobs first, except with a budget. A rank without work waits as long as running
+jobs may lead to others. The jobs left are planned again from the journals at every
+start and by every reader of a directory, so the set of jobs depends on words only.
 
 A case that was being computed when two processes died is computed last, in a process of
 its own: if that dies, too, the case is `crashed`; otherwise it has its usual result. Of

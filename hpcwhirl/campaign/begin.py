@@ -1,4 +1,9 @@
-"""The start of a run: its options; claim the directory, then make or continue it."""
+"""Start of a run: its options, the claim on the directory, and the plan stored in it.
+
+A run is one start of a campaign by the command or from Python. It first claims the
+campaign's directory, so that no other run computes in it, and then either writes the
+plan or checks that the stored plan is the same.
+"""
 
 from __future__ import annotations
 
@@ -54,15 +59,17 @@ FIXED = (
 
 
 class Policy(Campaign):
-    """Options of one run of a campaign: the keys of the TOML's [campaign], and these.
+    """Options of one run of a campaign: the table [campaign], and those of the run.
 
     Attributes
     ----------
     seconds : wall time until this run stops, s; None: no limit
-    shard : part of the cases to compute; the last shard to end gathers
-    take_over : whether claims of processes on other machines count as dead
-    pilot : computing time after which a pilot (a trial for a forecast) stops, s; its
-        cases are spread evenly; None: no pilot
+    shard : part of the cases that this run computes, see `launch.Shard`; None: all
+        cases. The run that completes the last shard gathers the results
+    take_over : whether a claim on the directory by a process on another machine is
+        ignored, as if that process were dead
+    pilot : computing time after which a pilot (a trial run for a forecast) stops, s;
+        its cases are spread evenly over the campaign; None: no pilot
     """
 
     seconds: float | None = None
@@ -79,9 +86,14 @@ class Policy(Campaign):
         take_over: bool = False,
         pilot: float | None = None,
     ) -> Self:
-        """Return the options of a run whose wall time counts from now.
+        """Return the options of a run that begins now.
 
-        rules : table [campaign] of the TOML; the other arguments are those of `Policy`
+        The wall time that it has left is counted from this moment.
+
+        Parameters
+        ----------
+        rules : table [campaign] of the TOML file
+        shard, take_over, pilot : attributes of `Policy`
         """
         given = walltime_seconds(rules.walltime) if rules.walltime else None
         own = {"seconds": time_left(given), "shard": shard, "take_over": take_over}
@@ -90,18 +102,22 @@ class Policy(Campaign):
 
     @property
     def limit(self) -> float:
-        """Longest computing time of a case, s; infinite by default."""
+        """Longest computing time of one case, s; infinite without `case_limit`."""
         return math.inf if self.case_limit is None else self.case_limit
 
 
 class Prepared(NamedTuple):
-    """The campaign that rank 0 has prepared for all ranks.
+    """A campaign as rank 0 has prepared it: cases, directory and options of the run.
+
+    Rank 0 sends it to all ranks.
 
     Attributes
     ----------
-    design, directory, policy : design, directory and options of the campaign
+    design : the campaign's cases
+    directory : the campaign's directory
+    policy : options of this run
     fresh : whether an existing directory is renamed, so that the campaign starts over
-    extend : s, end time to which undecided cases are extended; None: no extension
+    extend : end time to which undecided cases are extended, s; None: no extension
     """
 
     design: Design
@@ -112,11 +128,14 @@ class Prepared(NamedTuple):
 
 
 def begin(prepared: Prepared, stopping: Stopping) -> Claim:
-    """Claim and prepare a campaign's directory on rank 0; return the claim.
+    """Claim a campaign's directory for this run, store its plan, and return the claim.
 
-    stopping : handler of stop requests, which ends waiting for other processes
+    Only rank 0 calls this. With `fresh` an existing directory is renamed first.
 
-    prepared : the campaign and its options
+    Parameters
+    ----------
+    prepared : the campaign and the options of this run
+    stopping : handler of stop requests; a request ends the wait for another process
 
     Raises
     ------
@@ -145,9 +164,9 @@ def begin(prepared: Prepared, stopping: Stopping) -> Claim:
 
 
 def _tell_stopped(journals: Journals, design: Design) -> None:
-    """Print how many undecided cases cannot be extended.
+    """Print how many undecided cases an extension leaves out.
 
-    They have reached the amplitude limit, at which integration stops.
+    These are cases that reached the amplitude limit, at which integration stops.
     """
     found = {
         int(case)
@@ -161,9 +180,13 @@ def _tell_stopped(journals: Journals, design: Design) -> None:
 
 
 def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
-    """Return options for making a claim, whose waiting a stop request interrupts.
+    """Return how to claim a directory: a stop request ends waiting for other processes.
 
-    take_over : whether claims of processes on other machines count as dead
+    Parameters
+    ----------
+    stopping : handler of stop requests
+    take_over : whether claims of processes on other machines are ignored, as if these
+        were dead
     """
 
     def check() -> None:
@@ -175,7 +198,7 @@ def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
 
 
 def claim_of(shard: Shard | None) -> str:
-    """Return the kind of claim that a run makes: for the whole directory or a shard."""
+    """Return the name of a run's claim: on the whole directory, or on one shard."""
     return shard_claim(shard.number, shard.of) if shard else CAMPAIGN
 
 
@@ -187,11 +210,14 @@ def owned(
     stopping: Stopping,
     own: Claim | None,
 ) -> Iterator[None]:
-    """Hold rank 0's claim on a directory in the block; request a stop if it is lost.
+    """Hold rank 0's claim on a campaign's directory while the block runs.
+
+    If another process takes the directory over meanwhile, a stop is requested.
+    Incomplete files that killed runs have left are removed at the start.
 
     Parameters
     ----------
-    directory : that of the campaign
+    directory : directory of the campaign
     shard : shard that this run computes; None: all cases
     comm : communicator of all ranks, each of which must call
     stopping : handler of stop requests of this process
@@ -220,10 +246,14 @@ def owned(
 
 
 def _tidy(directory: Directory, own: Claim, *, shared: bool) -> None:
-    """Remove incomplete files that killed runs have left in a directory.
+    """Remove incomplete files that killed runs have left in a campaign's directory.
 
-    own : this process's claim on the directory
-    shared : whether other shards may be writing in the directory now
+    Parameters
+    ----------
+    directory : directory of the campaign
+    own : this process's claim on it
+    shared : whether runs of other shards may be writing in it now; then only files of
+        more than `LONG_AGO` seconds are removed
     """
     # Other shards may be writing now, but a small file never takes that long.
     own.check()
@@ -242,23 +272,26 @@ def prepare(
     mends: bool = False,
     check: Check = anyone,
 ) -> None:
-    """Begin a campaign directory, or check that it may be continued.
+    """Write a new campaign's plan into its directory, or check the plan stored there.
+
+    A stored plan must be that of the same campaign, except for further cases and a
+    later end time of undecided cases, which are added.
 
     Parameters
     ----------
-    design, directory : the campaign
+    design : the campaign's cases
+    directory : the campaign's directory
     extend : end time to which undecided cases are extended, s; None: no further one
-    mends : whether a changed user's function is accepted, since only cases without
-        numbers of the function will be computed
-    check : raises if another process has taken over the directory; see
-        `store.directory.owner.Claim.check`
+    mends : whether a changed `measure` (the user's function) is accepted, since only
+        cases without numbers of the function will be computed
+    check : called before the plan is written; raises if another process has taken over
+        the directory, see `store.directory.owner.Claim.check`
 
     Raises
     ------
     InputError
-        if an input differs from the one that the directory was begun with, if the time
-        step of every case is above its limit, or if a file STOP keeps the campaign
-        stopped
+        if an input differs from the stored plan, if the time step of every case is
+        above its limit, or if a file STOP keeps the campaign stopped
     """
     if directory.stop_file.exists():
         stop = directory.stop_file
@@ -308,9 +341,12 @@ def _tell_left_out(old: Manifest, new: Manifest, directory: Directory) -> None:
 
 
 def _check_measure(old: Manifest, new: Manifest, file: PlanFile) -> None:
-    """Refuse a user's function (`measure`) unlike the one that gave the stored numbers.
+    """Raise InputError if the user's function has changed since it gave stored numbers.
 
-    old, new : plan in the directory, and plan of this call
+    Parameters
+    ----------
+    old, new : plan in the directory, and plan of this call, each with the fingerprint
+        of its function `measure`
     file : file of the old plan, for the message
     """
     was, now = (plan.base.get(FINGERPRINT, "") for plan in (old, new))
@@ -324,10 +360,15 @@ def _check_measure(old: Manifest, new: Manifest, file: PlanFile) -> None:
 
 
 def extended_by(design: Design, plan: PlanFile, extend: float | None) -> list[float]:
-    """Return the end times, s, to which undecided cases of a campaign are extended.
+    """Return all end times to which undecided cases are extended, s, ascending.
 
-    extend : a further end time, s, which may be equal to the last one; None: no
-        further one
+    These are the end times in the stored plan and, if `extend` is later, `extend`.
+
+    Parameters
+    ----------
+    design : the campaign's cases
+    plan : file of the stored plan
+    extend : end time that the user asks for, s; None: no further one
 
     Raises
     ------
@@ -351,9 +392,11 @@ def extended_by(design: Design, plan: PlanFile, extend: float | None) -> list[fl
 
 
 def as_begun(design: Design, plan: PlanFile) -> Design:
-    """Return the design with the drawn inputs that the plan in its directory stores.
+    """Return the design with the random inputs that were drawn when the campaign began.
 
-    A design whose inputs are not drawn by [sample] is returned unchanged.
+    Inputs drawn by [sample] are stored in the plan, since another version of SciPy may
+    draw other numbers; the stored ones are used again. A design without [sample] is
+    returned unchanged.
 
     Raises
     ------
@@ -379,7 +422,9 @@ def as_begun(design: Design, plan: PlanFile) -> Design:
 
 
 def planned(file: PlanFile) -> Design:
-    """Return the design of a campaign, read from the file of its plan.
+    """Return the cases of a stored campaign, from the plan in its directory alone.
+
+    It is used for an extension, for which the user names only the directory.
 
     Raises
     ------
@@ -404,11 +449,12 @@ def planned(file: PlanFile) -> Design:
 
 
 def check_steps(design: Design) -> None:
-    """Refuse a campaign in which the time step is too large for every case.
+    """Raise InputError if the time step is above its limit in every case of a campaign.
 
     The limit of the time step depends only on engine, modes and gap, so one case for
     each combination of these is tried, smallest step first, until one is accepted.
-    After `MOST_TRIED` models the campaign is accepted; invalid cases fail later.
+    After `MOST_TRIED` models the campaign is accepted; cases with too large a step then
+    fail one by one.
 
     Raises
     ------
@@ -432,7 +478,10 @@ def check_steps(design: Design) -> None:
 
 
 def _models(design: Design) -> list[int]:
-    """Return, for each engine, modes and gap, the case with the smallest time step."""
+    """Return the number of one case for each combination of engine, modes and gap.
+
+    It is the case with the smallest time step of the combination; these steps ascend.
+    """
     many, names = design.columns, design.settings.names
     own = [n for n in names if n.startswith("engine.") or n in ("solver.modes", "gap")]
     if "solver.time_step" not in names:

@@ -1,4 +1,4 @@
-"""`hpcwhirl.campaign` from Python: rank 0 prepares, all ranks run and open results."""
+"""The function `hpcwhirl.campaign`: check its arguments, run it, open its results."""
 
 from __future__ import annotations
 
@@ -41,7 +41,10 @@ OPTIONS = (*(set(Campaign.model_fields) - {*NO_OPTIONS}), *FLAGS)
 
 @dataclass(frozen=True)
 class Call:
-    """The arguments of a call of the function `hpcwhirl.campaign`, not yet checked."""
+    """The arguments of a call `hpcwhirl.campaign(...)`, kept as given, not yet checked.
+
+    The attributes are those arguments; `function` is the argument `measure`.
+    """
 
     design: Any
     out: Any
@@ -51,7 +54,12 @@ class Call:
     options: Mapping[str, Any]
 
     def run(self, comm: Communicator | None) -> xarray.Dataset:
-        """Run the campaign on all ranks, return its results; an error ends all."""
+        """Run the campaign on all ranks and return its results as a dataset.
+
+        An exception on one of several ranks ends all ranks.
+
+        comm : communicator of all ranks; None: all ranks that were started
+        """
         comm = communicator() if comm is None else comm
         with Stopping() as stopping:
             alone = comm.size == 1  # no other rank waits: raise in the caller's process
@@ -73,12 +81,15 @@ class Call:
         return data
 
     def _agreed(self, comm: Communicator) -> tuple[Measure | None, WhirlError | None]:
-        """Return (the user's function on this rank, the first error of any rank).
-
-        The function is None without `measure`; the error is None if all ranks agree.
+        """Check that all ranks were given the same function `measure`; return it.
 
         Ranks with different functions would mix their numbers in one campaign, so all
         ranks call this before a directory is made.
+
+        Returns
+        -------
+        the user's function on this rank, None without `measure`; and the first error
+        found on any rank, None if all ranks agree
         """
         measure, wrong = None, None
         try:
@@ -94,7 +105,7 @@ class Call:
         return measure, failure
 
     def _prepared(self) -> Prepared:
-        """Return the campaign that all ranks will run, prepared by rank 0."""
+        """Return the campaign that the call's arguments describe; only on rank 0."""
         design = Design.of(self.design)
         rules = design.rules.with_options(self._options())
         given = self.out if self.out is not None else rules.out
@@ -106,7 +117,7 @@ class Call:
         return Prepared(design, directory, policy, fresh)
 
     def _options(self) -> Campaign:
-        """Return the call's keyword options, checked, as a table [campaign]."""
+        """Return the keyword options of the call as a checked table [campaign]."""
         for name, value in self.options.items():
             if name not in OPTIONS:
                 raise unknown("option", name, OPTIONS)
@@ -117,7 +128,7 @@ class Call:
 
 
 def _tell_unmeasured(data: xarray.Dataset) -> None:
-    """Print for how many cases the user's function returned no numbers."""
+    """Print for how many cases the user's function `measure` returned no numbers."""
     reasons = data[WHY_NOT].to_numpy()
     missing = reasons != ""
     if missing.any():
@@ -129,9 +140,13 @@ def _tell_unmeasured(data: xarray.Dataset) -> None:
 
 
 def _unlike(rank: int, first: Any, other: Any) -> str:
-    """Return the error text for a user's function that differs between two ranks.
+    """Return the message for a function `measure` that is not the same on all ranks.
 
-    first, other : (fingerprint, variables) on rank 0 and on `rank`; None: no measure
+    Parameters
+    ----------
+    rank : a rank whose function differs from that of rank 0
+    first, other : (fingerprint, variables) of the function on rank 0 and on `rank`;
+        None: no `measure` was given there
     """
     what = "one of these ranks has no measure"
     if first and other:
@@ -145,7 +160,7 @@ def _unlike(rank: int, first: Any, other: Any) -> str:
 
 
 def _tell_broken(_session: Session, failed: BaseException) -> int:
-    """Print the traceback of this rank's error; return the exit code for all ranks.
+    """Print the traceback of an exception on this rank; return all ranks' exit code.
 
     failed : the exception
     """
@@ -154,9 +169,12 @@ def _tell_broken(_session: Session, failed: BaseException) -> int:
 
 
 def _concluded(ending: Ending, prepared: Prepared) -> Path | WhirlError:
-    """Return a campaign's directory, or the error that says why it has no results.
+    """Return the directory of a complete campaign, else the error for the user.
 
-    ending, prepared : outcome of the run; the campaign
+    Parameters
+    ----------
+    ending : how the run ended
+    prepared : the campaign that was run
     """
     safe = f"finished cases are safe in {prepared.directory}"
     if ending.lasting:

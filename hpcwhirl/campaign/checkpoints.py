@@ -1,4 +1,8 @@
-"""Checkpoints of unfinished cases: saved at intervals and at a stop, and restored."""
+"""Checkpoints: save the states of unfinished cases, and continue cases from them.
+
+A state is saved at intervals of computing time and at a stop. In a branch, the last
+motion of a finished case is saved, too, since the next case begins with it.
+"""
 
 from __future__ import annotations
 
@@ -28,18 +32,21 @@ MOTIONS = f"motion by {CODE}"
 
 
 def end_name(digest: str) -> str:
-    """Return the name under which `States` stores the last motion of a case."""
+    """Return the name under which the last motion of a case is stored in `States`.
+
+    digest : digest of the case
+    """
     return f"{digest}-end"
 
 
 class Checkpoints:
-    """The saved states of unfinished cases in a campaign's directory.
+    """Saves and restores the states of unfinished cases, in a campaign's directory.
 
-    In all methods `digest` is the digest of the case.
+    In all methods `digest` is the digest of the case, under which its state is stored.
 
     Parameters
     ----------
-    states : saved states of the campaign
+    states : files of the saved states of the campaign
     every : computing time of a case between two checkpoints, s
     say : function that prints one line about a state that is unusable or not written
     """
@@ -52,10 +59,12 @@ class Checkpoints:
         self.saved: dict[str, float] = {}
 
     def set_out(self, digest: str, course: Course) -> None:
-        """Continue a case's `course` from its saved state, if a saved state fits it.
+        """Continue the integration of a case from the case's saved state.
 
-        An undecided case is integrated by marches to several end times, see
-        `simulate.Course`; the saved state may belong to any of these.
+        Without a saved state that fits, the integration begins anew.
+
+        course : the integration to one or several end times; the saved state may be
+            from the integration to any of these
         """
         try:
             arrays = self.states.read(digest, {}) if digest in self.kept else {}
@@ -68,9 +77,9 @@ class Checkpoints:
             course.set_out(0, 0)
 
     def take_up(self, digest: str, march: March) -> None:
-        """Restore an integration from the saved state of its case.
+        """Set the integration of a case to its saved state, if that state fits it.
 
-        march : the integration; unchanged if no saved state fits it
+        march : the integration, before its first step; unchanged if no saved state fits
         """
         self.saved[digest] = 0.0
         if digest not in self.kept:
@@ -86,10 +95,11 @@ class Checkpoints:
         self.saved[digest] = march.seconds
 
     def _arrays(self, digest: str, march: March) -> Arrays | None:
-        """Return the arrays of a case's saved state; None if no state is saved.
+        """Return {name: array} of a case's saved state; None if none is saved.
 
-        The state may be that of one of the sectors that move alike, or of all of them;
-        `march` is changed to integrate as many as the state has.
+        If load and engine repeat around the circumference, only one sector is
+        integrated as long as all move alike (fold). The state may be that of one sector
+        or of all; the integration `march` is changed to what the state has.
         """
         try:
             return self.states.read(digest, {FITS: fingerprint(march)})
@@ -104,39 +114,45 @@ class Checkpoints:
             raise
 
     def is_due(self, digest: str, march: March) -> bool:
-        """Return whether the state of a case should be saved now.
+        """Return whether it is time to save the state of a case again.
 
-        march : its integration
+        march : integration of the case
         """
         return march.seconds - self.saved[digest] >= self.every
 
     def save(self, digest: str, march: March) -> None:
-        """Save the state of a case; if that fails, print why, once, and go on.
+        """Save the present state of a case; if that fails, print why, once, and go on.
 
-        march : its integration, with the present state
+        march : integration of the case
         """
         self.saved[digest] = march.seconds
         if march.steps:
             self.keep_state(digest, march, snapshot(march))
 
     def keep_state(self, digest: str, march: March, arrays: Arrays) -> None:
-        """Save a state of an integration, `march`, as the state of its case.
+        """Save a given state of an integration, `march`, as the state of its case.
 
         arrays : the state, the present one of `march` or an earlier one
         """
         self._write(digest, {FITS: fingerprint(march)}, arrays)
 
     def keep(self, digest: str, motion: Motion | None) -> None:
-        """Save the last motion of a case; None: no other case can begin with it."""
+        """Save the last motion of a case, with which the next case of a branch begins.
+
+        motion : the last motion; None: no other case can begin with it
+        """
         arrays: Arrays = {}
         if motion is not None:
             arrays = {n: np.atleast_1d(part) for n, part in motion._asdict().items()}
         self._write(end_name(digest), {FITS: MOTIONS}, arrays)
 
     def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return (whether an end of a case is stored, the last motion stored for it).
+        """Return the stored last motion of a case of a branch, if any.
 
-        The motion is None if no end is stored, or no case can continue from it.
+        Returns
+        -------
+        whether the end of the case is stored; and its last motion, None if no end is
+        stored or no case can continue from it
         """
         try:  # any rank may have saved it
             arrays = self.states.read(end_name(digest), {FITS: MOTIONS})
@@ -150,7 +166,7 @@ class Checkpoints:
         return True, Motion(**parts, angle=angle)
 
     def drop_end(self, digest: str) -> None:
-        """Remove the stored last motion of a case."""
+        """Remove the stored last motion of a case; do nothing for the digest ""."""
         if digest:
             self.states.drop(end_name(digest))
 
@@ -164,7 +180,7 @@ class Checkpoints:
             self.mute = True
 
     def hand_over(self, digest: str, after: str) -> None:
-        """Copy the state of case `digest` for case `after`, which continues it.
+        """Copy the saved state of case `digest` to case `after`, a longer run of it.
 
         Nothing is copied if case `after` has a saved state already.
         """
@@ -174,7 +190,7 @@ class Checkpoints:
                     self.kept |= {digest, after}
 
     def drop(self, digest: str) -> None:
-        """Remove the saved state of a case that has ended."""
+        """Remove the saved state of a case that has ended and needs it no longer."""
         self.saved.pop(digest, None)
         if digest in self.kept:
             self.kept.discard(digest)

@@ -1,4 +1,7 @@
-"""The integration that a job requires, up to the end of the case or to a stop."""
+"""Integrate the case of one job, up to its end, its time limit or a stop request.
+
+A job is a case or one of its twins, run to its planned end time or to a longer one.
+"""
 
 from __future__ import annotations
 
@@ -20,21 +23,24 @@ from hpcwhirl.scene.words import is_open
 
 
 class LateError(CaseError):
-    """Raised where a case has reached its limit of computing time."""
+    """Raised where a case has used up its computing time (`case_limit`)."""
 
 
 class DiedError(CaseError):
-    """Raised where the process of a case has died."""
+    """Raised where the separate process that computed an isolated case has died."""
 
 
 class FailedError(CaseError):
-    """Raised where a case failed in its own process, which has printed the reason."""
+    """Raised where an isolated case failed in its own process, which printed why."""
 
 
 def late(march: March, limit: float) -> LateError:
-    """Return the error of a case that has exceeded its computing time, `limit`, s.
+    """Return the exception for a case whose computing time has exceeded its limit.
 
+    Parameters
+    ----------
     march : integration of the case
+    limit : the limit, s
     """
     share = march.steps / march.total
     return LateError(
@@ -44,7 +50,10 @@ def late(march: March, limit: float) -> LateError:
 
 
 def message_of(failed: Exception) -> str:
-    """Return the reason that a case failed, as one line."""
+    """Return one line that says why a case failed, for its record.
+
+    failed : the exception that ended the case
+    """
     told = isinstance(failed, CaseError)
     text = str(failed) if told else text_of(failed)
     return one_line(text.splitlines()[0])
@@ -63,8 +72,9 @@ def compute(
 
     Parameters
     ----------
-    case, digest : the case, and the digest by which its state is stored
-    checkpoints : storage of its state; the caller removes the state afterwards
+    case : the case
+    digest : digest under which the state of the case is stored
+    checkpoints : storage of saved states; the caller removes the state afterwards
     limit : longest computing time of the case in all runs together, s; compiling does
         not count
     between : called between slices of the integration; may raise `Stop`
@@ -73,7 +83,7 @@ def compute(
     Raises
     ------
     LateError
-        beyond the limit
+        if the computing time exceeds `limit`
     """
 
     def before(case: Case, start: Motion | None) -> Ended:
@@ -107,10 +117,14 @@ def compute(
 def _compiled(
     case: Case, start: Motion | None, between: Callable[[], None], *, keep: bool
 ) -> Course:
-    """Return a case's integration before its first step, with compiled kernels.
+    """Return a case's integration before its first step, with its kernels compiled.
 
-    case, start, keep : arguments of `Course`
+    Parameters
+    ----------
+    case : the case
+    start : motion with which it begins; None: at rest
     between : called while kernels compile; may raise `Stop`
+    keep : whether the last state is stored, so that a longer run may continue from it
     """
     with breakable(between):
         course = Course(case, start, keep=keep)
@@ -119,9 +133,13 @@ def _compiled(
 
 
 def _within(course: Course, limit: float, between: Callable[[], None]) -> None:
-    """Raise LateError if a case exceeds its limit; else call `between`.
+    """Raise LateError if a case exceeds its computing time; else call `between`.
 
-    course, limit : integration of the case; longest computing time, s
+    Parameters
+    ----------
+    course : integration of the case
+    limit : longest computing time, s
+    between : called between slices of the integration; may raise `Stop`
     """
     if course.seconds > limit and not course.done:
         raise late(course.march, limit)
@@ -130,19 +148,20 @@ def _within(course: Course, limit: float, between: Callable[[], None]) -> None:
 
 @dataclass(frozen=True)
 class Computation:
-    """The integration that a job requires: scene, digests and entries of the record.
+    """What must be integrated for one job of a campaign, and entries of its record.
 
     Attributes
     ----------
-    job : the job
+    job : the job: a case or one of its twins, to its planned end time (stage 0) or to a
+        later one of an extension
     scene, digest : the scene to integrate, and its digest
-    before : digest of the case's preceding stage, whose last state is continued; "":
-        no preceding stage
+    before : digest of the shorter run of the same case whose last state is continued;
+        "": there is none
     facts : further entries of the job's record: digest of the case, number of the twin,
         end time, s
     lasts : whether the last state is saved, since a longer run may continue from it
-    follows : digest of the case whose last motion is the initial one of this case; "":
-        the case begins with its pulse
+    follows : digest of the case whose last motion is the initial one of this case, in a
+        branch; "": the case begins with its pulse
     """
 
     job: Job
@@ -157,11 +176,12 @@ class Computation:
 def computation(
     design: Design, job: Job, extended: Sequence[float] = ()
 ) -> Computation:
-    """Return what a process computes for a job: its scene, digest, and case before.
+    """Return what must be integrated for a job: scene, digests, entries of its record.
 
     Parameters
     ----------
-    design, job : design of the campaign, and one of its jobs
+    design : the campaign's cases
+    job : one of its jobs
     extended : end times of the extensions, s, ascending
     """
     scene, own = design.scene(job.case), design.digest(job.case)
@@ -188,7 +208,13 @@ def computation(
 
 
 def resolved(design: Design, computed: Computation) -> Case:
-    """Return the case, with model and plan, that a computation integrates."""
+    """Return the `Case` (scene with model, plan and time step) that a job integrates.
+
+    Parameters
+    ----------
+    design : the campaign's cases
+    computed : what the job requires
+    """
     if not computed.facts:
         return design.resolved(computed.job.case)
     return resolve(computed.scene)

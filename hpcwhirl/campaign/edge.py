@@ -1,11 +1,12 @@
-"""The motion on the edge between two words of one scene, see `analysis.edge_tracking`.
+"""Follow the motion on the edge (basin boundary) between two words of one scene.
 
 A weaker and a stronger pulse leave the engine in two states whose motions have
-different words. Between these states the boundary of two basins is followed. The side
-of a state is the word of the motion that continues from it, by the same rules as for
-any case, applied to that motion only. (A threshold on energy would have to be chosen
-for each engine, and the energy of an edge motion rises and falls.) A continuation ends
-early at a proof that contact cannot recur, or at the amplitude limit.
+different words. Between these states the boundary of two basins is followed by
+bisection, see `analysis.edge_tracking`. The side of a state is the word of the motion
+that continues from it, by the same rules as for any case, applied to that motion only.
+(A threshold on energy would have to be chosen for each engine, and the energy of an
+edge motion rises and falls.) A continuation ends early at a proof that contact cannot
+recur, or at the amplitude limit.
 """
 
 from __future__ import annotations
@@ -35,16 +36,18 @@ from hpcwhirl.scene.contact_laws import RIGID
 
 USUAL = Thresholds()
 AFTER = 2.0  # time at which the two states are taken, in durations of the pulse
-ROWS = 2  # rows of evidence in a stride: 1/6 of the period of `limits.fastest_line`
+# number of times in a stride at which evidence is recorded: a stride is 1/6 of the
+# period of `limits.fastest_line`
+ROWS = 2
 LOOKS = 3  # multiple of `look` after which an undecided side counts as unknown
-LATER = 0.5  # last fraction of the followed motion, from which numbers are computed
+LATER = 0.5  # numbers of an edge motion are computed from this last part of it
 Tell = Callable[[str], None] | None
 CAN_TELL = ("damped", "sustained", "divergent")
 
 
 @dataclass(frozen=True)
 class Tracking:
-    """Times and distances of edge tracking; checked.
+    """Times and distances that control how an edge is followed; checked when made.
 
     Attributes
     ----------
@@ -53,8 +56,9 @@ class Tracking:
         long if the motion is still undecided
     begin : time at which the states after the pulses are taken, s; 0: after two
         durations of the pulse
-    near, far : distances of the two states, as square roots of energy relative to the
-        motion, at which bisection ends (near) and at which it is repeated (far)
+    near, far : distances of the two states, each the square root of (energy of the
+        states' difference / energy of the motion): bisection ends below `near`, and
+        begins again above `far`
     """
 
     span: float = 1.0
@@ -79,9 +83,14 @@ TRACKING = Tracking()
 
 
 class Moment(NamedTuple):
-    """A state, and the rows of evidence since the previous state, (rows, columns).
+    """A state of the motion, and what was recorded on the way to it.
 
-    A row holds the numbers at one time from which words are determined, see `tracks`.
+    Attributes
+    ----------
+    state : copy of the integration's state, see `dynamics.side_by_side`
+    rows : (m, columns), what was recorded at m times since the previous state, from
+        which words are determined: displacement of the shaft's centre, energies, energy
+        fed and lost
     """
 
     state: Any
@@ -90,7 +99,14 @@ class Moment(NamedTuple):
 
 @dataclass(frozen=True)
 class Leaving:
-    """A motion that leaves the edge: its word, and n times, s, and orbit radii, m."""
+    """The motion that leaves the edge on one side, at n times.
+
+    Attributes
+    ----------
+    word : word of the motion
+    time : (n,), s, since the start of the pulses
+    radius : (n,), m, distance of the shaft's centre from its position at rest
+    """
 
     word: str
     time: Floats
@@ -99,23 +115,24 @@ class Leaving:
 
 @dataclass(frozen=True)
 class Edge:
-    """A motion on the edge between two words.
+    """A motion on the edge between two words: at n times, with numbers of the whole.
 
     Attributes
     ----------
-    time : (n,), s, since the start of the pulses, of n rows of evidence
-    centre : (n, 2), m, STATIC frame
-    energy : (n,), J, kinetic + strain of both bodies
-    pieces : (n,), number of the piece to which a row belongs; between pieces the states
-        were bisected again
+    time : (n,), s, since the start of the pulses
+    centre : (n, 2), m, STATIC frame, displacement of the shaft's centre
+    energy : (n,), J, kinetic and strain energy of rotor and casing
+    pieces : (n,), number of the piece to which a time belongs; between pieces the two
+        states were bisected again
     low, high : the motions on both sides, which leave the edge
     numbers : {name: value}: `begin`, `end`, s; from the later half of the motion
         `orbit_radius`, m (rms about the mean), `orbit_change` (relative change of
         radius from the first to the second part of that half), `turning_rate`, rad/s
         (mean rate of the centre's polar angle), `whirl_ratio`, `line_frequency`, rad/s,
-        `contact_share` (share of steps); from the whole motion `leaving_rate`, 1/s, at
-        which the two sides separate, and the numbers of `bisections`, of `pieces`, and
-        of times that the pair of states was `widened` to contain the boundary again
+        `contact_share` (share of steps with contact); from the whole motion
+        `leaving_rate`, 1/s, at which the two sides separate, and the numbers of
+        `bisections`, of `pieces`, and of times that the pair of states was `widened` to
+        contain the boundary again
     """
 
     time: Floats
@@ -128,7 +145,10 @@ class Edge:
 
 
 class Continued:
-    """Motions of a scene after its pulse; implements `analysis.edge_tracking.Motions`.
+    """Motions of one scene after its pulse, as `analysis.edge_tracking` needs them.
+
+    It moves states of the integration forward in time, puts a state between two others,
+    and finds the side of a state; it implements the protocol `Motions` there.
 
     Parameters
     ----------
@@ -137,9 +157,9 @@ class Continued:
 
     Attributes
     ----------
-    words : (low, high), words of the sides; set once they are known
-    stride : number of steps between two states of a motion that is followed
-    judged : number of continuations integrated to find a word
+    words : (low, high), words of the motions on the two sides; set once they are known
+    stride : number of time steps between two states of a motion that is followed
+    judged : number of motions integrated so far to find a word
     """
 
     def __init__(self, march: March, look: float) -> None:
@@ -154,24 +174,29 @@ class Continued:
         self._rest = copy_of(still)
 
     def between(self, low: Moment, high: Moment, share: float) -> Moment:
-        """Return a state between two states that have the same time.
+        """Return the state at a fraction of the way from state `low` to state `high`.
 
-        share : 0 gives the state `low`, 1 the state `high`
+        low, high : two states at the same time
+        share : the fraction: 0 gives the state `low`, 1 the state `high`
         """
         put_between(self.march, low.state, high.state, share)
         return Moment(copy_of(self.march), low.rows[:0])
 
     def distance(self, low: Moment, high: Moment) -> float:
-        """Return sqrt(energy of the states' difference / energy of the state `low`)."""
+        """Return the distance of two states, relative to the size of the state `low`.
+
+        It is sqrt(energy of the states' difference / energy of the state `low`).
+        """
         self._rest.counter[contact.STEP] = low.state.counter[contact.STEP]
         size = distance(self.march, self._rest, low.state)
         apart = distance(self.march, low.state, high.state)
         return apart / size if size > 0.0 else math.inf
 
     def ahead(self, moment: Moment) -> Moment | None:
-        """Return the state `stride` time steps after a state.
+        """Return the state `stride` time steps after a given state.
 
-        None if the run ends earlier, at the amplitude limit or by a proof.
+        None if the motion ends earlier, at the amplitude limit or by a proof that
+        contact cannot recur.
         """
         start = self._put(moment)
         rows = int(self.march.counter[contact.JUDGED])
@@ -186,10 +211,10 @@ class Continued:
         return int(self.march.counter[contact.STOP]) != contact.RUNNING
 
     def side(self, moment: Moment) -> int:
-        """Return the side of the edge on which a state lies: LOW, HIGH or OPEN.
+        """Return on which side of the edge a state lies: LOW, HIGH or OPEN (unknown).
 
         It follows from the word of the motion that continues from the state; OPEN: that
-        word is not one of `CAN_TELL`.
+        motion is neither damped nor sustained nor divergent (`CAN_TELL`).
         """
         word = self.word(moment)
         if word not in CAN_TELL:
@@ -197,7 +222,7 @@ class Continued:
         return LOW if word == self.words[0] else HIGH
 
     def word(self, moment: Moment) -> str:
-        """Return the word of the motion that continues from a state.
+        """Return the word of the motion that continues from a state, such as "damped".
 
         The motion is continued in up to `LOOKS` parts of length `look`, until its word
         is that of one of the two sides (`words`); otherwise the word at the end is
@@ -215,14 +240,14 @@ class Continued:
         return word
 
     def leaving(self, moment: Moment) -> Leaving:
-        """Return the motion that continues from a state, and its word, as `Leaving`."""
+        """Return the motion that continues from a state until it has its word."""
         start, word = self._put(moment), self.word(moment)
         later = since(self.march.history(), start * self.step)
         radius = np.hypot(*later.judged.centre.T)
         return Leaving(word, start * self.step + later.judged.time, radius)
 
     def _put(self, moment: Moment) -> int:
-        """Set the integration to a state; return the number of its time step."""
+        """Set the integration to a given state; return the number of its time step."""
         put_between(self.march, moment.state, moment.state, 0.0)
         return self.march.steps
 
@@ -243,14 +268,14 @@ def edge(
     ----------
     scene : the case; its force and duration are not used
     low, high : forces of the two pulses, N
-    how : times and distances
-    tell : called with a line on each step of the work
+    how : times and distances that control the tracking
+    tell : called with one line of text after each stage of the work
 
     Raises
     ------
     InputError
-        if both pulses lead to the same word, or the motion after one of them has no
-        word of `CAN_TELL` within `LOOKS` times `look`
+        if both pulses lead to the same word, or the motion after one of them is not
+        damped, sustained or divergent within `LOOKS` times the time `look`
     analysis.edge_tracking.LostEdgeError
         if the edge is lost
     """
@@ -270,7 +295,7 @@ def edge(
 
 
 def moment_of(march: March) -> Moment:
-    """Return the present state of an integration, as a `Moment` without rows."""
+    """Return the present state of an integration as a `Moment`, nothing recorded."""
     return Moment(copy_of(march), np.zeros((0, contact.COLUMNS)))
 
 
@@ -281,15 +306,22 @@ def edge_between(
     told: str = "two states",
     tell: Tell = None,
 ) -> Edge:
-    """Return the motion on the edge between two states of one scene.
+    """Return the motion on the edge between two given states of one scene.
+
+    `edge` calls it with the states after two pulses.
 
     Parameters
     ----------
-    motions : motions of the scene
-    ends : two states at the same step
-    how : times and distances; `look` must be that of the motions
+    motions : continues motions of the scene
+    ends : two states at the same time step, whose motions get different words
+    how : times and distances; `look` must be that of `motions`
     told : name of the two states in messages
-    tell : as for `edge`, where the errors are listed
+    tell : called with one line of text after each stage of the work
+
+    Raises
+    ------
+    InputError, analysis.edge_tracking.LostEdgeError
+        as `edge`
     """
     low, high = map(motions.word, ends)
     _check_words((low, high), told)
@@ -307,7 +339,7 @@ def edge_between(
 
 
 def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
-    """Return an integration with all sectors, advanced beyond the end of its pulse.
+    """Return an integration of all sectors, advanced to some time after its pulse.
 
     Parameters
     ----------
@@ -331,9 +363,14 @@ def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
 
 
 def _check_words(words: tuple[str, ...], told: str) -> None:
-    """Raise InputError unless the words of both sides differ and are in `CAN_TELL`.
+    """Raise InputError unless two states lead to different, decided words.
 
-    told : name of the two states that lead to the motions, for the message
+    Decided words are damped, sustained and divergent (`CAN_TELL`).
+
+    Parameters
+    ----------
+    words : words of the motions from the two states
+    told : name of the two states, for the message
     """
     if words[0] == words[1]:
         raise InputError(f"no edge: {told} lead to the same word, {words[0]}")
@@ -347,9 +384,12 @@ def _check_words(words: tuple[str, ...], told: str) -> None:
 
 
 def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
-    """Return the edge that was followed, its numbers, and the motions that leave it.
+    """Return the edge motion with its numbers, and the two motions that leave it.
 
-    motions, found : motions of the scene; result of `analysis.edge_tracking`
+    Parameters
+    ----------
+    motions : continues motions of the scene
+    found : states on both sides of the edge, as `analysis.edge_tracking.track` returns
     """
     scene, beat = motions.march.scene, motions.march.beat
     states = [moment for piece in found.pieces for moment in piece[1:]]
@@ -377,10 +417,13 @@ def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
 
 
 def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
-    """Return {name: value} of numbers that describe an orbit in the static frame.
+    """Return {name: value} of numbers that describe an orbit of the shaft's centre.
 
-    time, centre : n times, (n,), s, and the centre then, (n, 2), m, static frame
-    speed : Omega, rad/s
+    Parameters
+    ----------
+    time : (n,), s
+    centre : (n, 2), m, static frame, displacement of the centre at these times
+    speed : speed of rotation Ω, rad/s
     """
     whirl = whirl_numbers(time, centre, speed)
     z = centre @ np.array([1.0, 1j])
@@ -398,8 +441,8 @@ def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
 def _share(pieces: list[list[Moment]]) -> float:
     """Return the share of time steps with contact in the later half of an edge motion.
 
-    pieces : successive states of the motion; the states are bisected anew between
-        pieces
+    pieces : successive states of the motion; between two pieces the pair of states was
+        bisected again
     """
     touched = steps = 0
     whole = sum(len(piece) - 1 for piece in pieces)

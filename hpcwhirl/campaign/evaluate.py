@@ -1,6 +1,6 @@
-"""Computation of jobs on one rank, and journaling of their records.
+"""Compute jobs on one rank, and append a record of each to the rank's journal.
 
-A failed case has a record, too.
+A case that fails has a record, too, which says why.
 """
 
 from __future__ import annotations
@@ -50,17 +50,20 @@ class Evaluator:
 
     Attributes
     ----------
-    design : design of the campaign
+    design : the campaign's cases
     rank : number of this rank
-    journal, running : this rank's journal, and its note of the cases being computed
+    journal : this rank's journal
+    running : this rank's note of the cases being computed, which remains if it dies
     checkpoints : saved states of unfinished cases
-    child : interpreter that computes isolated cases
-    policy, stopping : options of the run; handler of stop requests
-    suspects : cases to isolate, since they were being computed when two processes died
-    extended : end times, s, to which undecided cases are continued
+    child : separate process that computes isolated cases
+    policy : options of the run
+    stopping : handler of stop requests
+    suspects : numbers of cases to isolate, since they were being computed when two
+        processes died
+    extended : end times to which undecided cases are continued, s
     told : number of problems of cases on this rank so far, printed or not
     lost : whether a result could not be written to disk
-    beside : computing time outside the kernel, s, of each case with a result
+    beside : computing time outside the kernel, s, of each computation with a result
     """
 
     design: Design
@@ -81,7 +84,10 @@ class Evaluator:
         self.where = {"rank": self.rank, "host": socket.gethostname()}
 
     def warm(self, cases: Sequence[int]) -> None:
-        """Compile the kernels that some cases need, given by number."""
+        """Compile the kernels that some cases need, before these cases are computed.
+
+        cases : numbers of the cases
+        """
         cases = self._kinds(cases)
         self.running.begin(self.design.digest(case) for case in cases)
         if self.policy.isolate:
@@ -98,7 +104,10 @@ class Evaluator:
                     continue
 
     def _kinds(self, cases: Sequence[int]) -> list[int]:
-        """Return one of `cases` for each kernel that they need."""
+        """Return some of `cases`: one for each compiled kernel that these cases need.
+
+        A kernel belongs to a scheme and a number of folds.
+        """
         kinds: dict[tuple[str, int], int] = {}
         for case in cases:
             scene = self.design.scene(case)
@@ -109,8 +118,11 @@ class Evaluator:
         return list(kinds.values())
 
     def __call__(self, task: int, between_slices: Callable[[], None]) -> Completion:
-        """Compute the job with the number `task`; return how it ended.
+        """Compute one job, append its record to the journal; return how it ended.
 
+        Parameters
+        ----------
+        task : number of the job, as `JobCode` encodes it
         between_slices : called between slices of the integration; may raise Stop
         """
 
@@ -129,10 +141,12 @@ class Evaluator:
         return end
 
     def costs_beside(self) -> tuple[float, float]:
-        """Return (median overhead of a result, additional overhead of the first), s.
+        """Return the computing time per job outside the kernel, for the forecast, s.
 
-        Overhead is time outside the kernel. The first result takes longer, since it
-        builds models and tables that later results share.
+        Returns
+        -------
+        median of that time over the jobs with a result; and by how much the first job
+        exceeded it, since the first builds models and tables that later jobs share
         """
         if not self.beside:
             return 0.0, 0.0
@@ -140,12 +154,15 @@ class Evaluator:
         return usual, max(self.beside[0] - usual, 0.0)
 
     def keep_due(self) -> None:
-        """Write waiting records to the journal if due, while this rank has no work."""
+        """Write waiting records to the journal, if due, while this rank idles."""
         with suppress(Stop):  # other code sees the request, too
             self._writing(self.journal.keep_due)
 
     def keep(self) -> bool:
-        """Write all waiting records to the journal; return whether that succeeded."""
+        """Write all waiting records to the journal; return whether all are safe.
+
+        False if any result of this rank could not be written to disk.
+        """
         with suppress(Stop):
             self._writing(self.journal.keep)
         return not self.lost
@@ -153,9 +170,13 @@ class Evaluator:
     def _compute(
         self, computed: Computation, between: Callable[[], None]
     ) -> tuple[Completion, float]:
-        """Compute a job and journal its record; return completion and kernel time, s.
+        """Compute a job and append its record to the journal.
 
         between : called between slices of the integration; may raise Stop
+
+        Returns
+        -------
+        how the job ended; and the time spent in the kernel, s, 0 for a failure
         """
         start, checkpoints = time.perf_counter(), self.checkpoints
         case, digest = computed.job.case, computed.digest
@@ -184,7 +205,12 @@ class Evaluator:
         return self._keep(computed, result, keep=keep), seconds
 
     def _changed(self, case: int) -> WhirlError | None:
-        """Return an error if the engine file of a case has changed, else None."""
+        """Return an error if the engine file of a case has changed, else None.
+
+        A result computed with another engine must not be stored in the campaign.
+
+        case : number of the case
+        """
         try:
             self.design.check_engine(case)
         except WhirlError as changed:
@@ -194,9 +220,15 @@ class Evaluator:
     def _fail(
         self, computed: Computation, failed: Exception, seconds: float
     ) -> Completion:
-        """Journal that a job failed, and why; print the reason unless many are printed.
+        """Append a record that a job failed, and why; print the reason, too.
 
-        failed, seconds : the error; computing time until then, s
+        Only the first `MOST_TOLD` reasons on this rank are printed.
+
+        Parameters
+        ----------
+        computed : what the job required
+        failed : the exception that ended it
+        seconds : computing time until then, s
         """
         status = "failed"
         if isinstance(failed, LateError):
@@ -219,8 +251,12 @@ class Evaluator:
         return head | {"ended": time.time()} | computed.facts
 
     def _keep(self, computed: Computation, result: Result, *, keep: bool) -> Completion:
-        """Journal the result of a job; if the engine file has changed, a failure.
+        """Append the record of a job's result, or of a failure if its engine changed.
 
+        Parameters
+        ----------
+        computed : what the job required
+        result : its result
         keep : whether the saved state stays if a longer run may decide the case
         """
         if changed := self._changed(computed.job.case):
@@ -239,9 +275,11 @@ class Evaluator:
         return end
 
     def _drop(self, *names: str) -> None:
-        """Remove the saved states with some names, after writing waiting records.
+        """Remove saved states of cases from which no run will continue any more.
 
-        names : digests of computations
+        Records that wait are written first, so that no result is lost with its state.
+
+        names : digests of the computations whose states are removed
         """
         if self.checkpoints.kept.intersection(names):
             self._writing(self.journal.keep)
@@ -250,7 +288,11 @@ class Evaluator:
 
     @one_thread()
     def _measured(self, computed: Computation, result: Result) -> Record:
-        """Return record entries: the user function's numbers, or why there are none."""
+        """Return record entries with the numbers of the user's function `measure`.
+
+        They say why there are none if the function raised; {} without `measure` and for
+        twins.
+        """
         if self.design.measure is None or "twin" in computed.facts:
             return {}
         found = self.design.measure(computed.scene, result)
@@ -260,7 +302,7 @@ class Evaluator:
         return found
 
     def _tell(self, text: str) -> None:
-        """Print a text on a problem, one of the first `MOST_TOLD` of this rank."""
+        """Print a problem of a case, one of the first `MOST_TOLD` on this rank."""
         self.told += 1
         if self.told <= MOST_TOLD:
             say(text)
@@ -271,7 +313,7 @@ class Evaluator:
         self._writing(lambda: self.journal.append(record, traces))
 
     def _writing(self, write: Callable[[], None]) -> None:
-        """Call `write`; if the disk is full, ask the campaign to stop."""
+        """Call `write` to write to the journal; if it fails, request a stop."""
         try:
             write()
         except MissingFileError as failed:
@@ -282,9 +324,12 @@ class Evaluator:
 
 
 def told(computed: Computation, case: str) -> str:
-    """Return the name of a computation in messages: its case and its twin.
+    """Return how a job is named in messages: by its case, and its twin if it is one.
 
-    computed, case : what a job requires; name of its case
+    Parameters
+    ----------
+    computed : what the job requires
+    case : name of its case
     """
     twin = computed.facts.get("twin")
     return f"twin {twin} of {case}" if twin else case

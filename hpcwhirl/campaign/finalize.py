@@ -1,4 +1,7 @@
-"""The end of a campaign: count cases without a result, gather; results of one case."""
+"""End of a run: count cases without a result and gather results into results.h5.
+
+`write_case` writes the results of a single case as such a file, too.
+"""
 
 from __future__ import annotations
 
@@ -41,16 +44,17 @@ LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
 @dataclass(frozen=True)
 class Ending:
-    """Outcome of one run of a campaign.
+    """How one run of a campaign has ended.
 
     Attributes
     ----------
-    complete : whether all cases have ended and results were written
+    complete : whether all cases (of this shard) have ended and results are written,
+        unless other shards are not complete
     cases : number of cases of the campaign
     failed : number of cases without a result, for any reason: of the campaign when it
         is complete, of this shard while other shards are not complete
     missing : number of failed cases that have no record at all
-    results : path of results.h5
+    results : path of results.h5; None: there are no results yet
     reason : reason for an early stop
     gave_up : whether the run stopped after `max_fails` failures
     piloted : whether the run was a pilot and stopped when its time was up
@@ -75,12 +79,17 @@ class Ending:
 def conclude(
     design: Design, directory: Directory, comm: Communicator, work: Work, asking: Asking
 ) -> Ending:
-    """Gather the results of a complete campaign; return the outcome of the run.
+    """Gather the results of a complete campaign; return how the run ended.
 
-    If gathering fails, that is an early stop. Only the last shard to be complete
-    gathers; the others count only the failures among their own cases.
+    If gathering fails, the run counts as stopped early. Only the run that completes the
+    last shard gathers; runs of other shards count only failures among their own cases.
 
-    work, asking : what this run had to compute; options of the claim on results
+    Parameters
+    ----------
+    design, directory : the campaign's cases and its directory
+    comm : communicator of all ranks, each of which must call
+    work : what this run had to compute
+    asking : how to claim the right to write results.h5
     """
     cases, found, planner = len(design.settings), None, None
     shard = len(work.mine) < cases
@@ -117,9 +126,14 @@ def conclude(
 def _gathered(
     design: Design, directory: Directory, comm: Communicator, work: Work, asking: Asking
 ) -> bool:
-    """Gather the results again if they are out of date; return whether it did so.
+    """Write results.h5 again if it is out of date; return whether it was written.
 
-    work, asking : what this run had to compute; options of the claim on results
+    Parameters
+    ----------
+    design, directory : the campaign's cases and its directory
+    comm : communicator of all ranks, each of which must call
+    work : what this run had to compute
+    asking : how to claim the right to write results.h5
     """
     fresh = work.jobs > 0
     if comm.rank == 0:
@@ -134,12 +148,12 @@ def _tell_budget(design: Design, directory: Directory) -> None:
     """Print how many cases the budget of [refine] left out, if it left out any."""
     dropped = dropped_of(full_plan(directory)) if design.grows else 0
     if dropped:
-        say(f"the budget ended the refinement: it left out {dropped} cases, and others "
-            "that the words of these might have required")  # fmt: skip
+        say(f"the budget of [refine] is spent: {dropped} refined cases are left out, "
+            "and others that would follow from their words")  # fmt: skip
 
 
 def _forget_the_dead(directory: Directory) -> None:
-    """Remove heartbeat files of dead processes whose cases have a result by now."""
+    """Remove the notes of dead processes on cases that have got a result meanwhile."""
     if directory.notes.all():
         ended = {r["digest"]: r["status"] for r in directory.journals.records()}
         directory.notes.forget({name for name in ended if ended[name] == "ok"})
@@ -150,9 +164,12 @@ def _stopped(cases: int, error: Exception) -> Ending:
 
 
 def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
-    """Return the outcome of a shard, and how many cases are left in other shards.
+    """Return how the run of a shard ended, and how many cases are left in other shards.
 
-    mine, planner : numbers of the shard's cases; planner of the jobs left
+    Parameters
+    ----------
+    mine : numbers of the shard's cases
+    planner : planner of the whole campaign, which knows the jobs left
     """
     own = np.asarray(mine)
     missing = int(planner.open[own].sum())
@@ -164,7 +181,7 @@ def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
 
 
 def _as_text(given: str) -> str:
-    """Return a text in UTF-8, with bytes of a path that are not UTF-8 escaped."""
+    """Return a command line as text in UTF-8; bytes that are not UTF-8 are escaped."""
     return given.encode("utf-8", "backslashreplace").decode()
 
 
@@ -181,7 +198,7 @@ def _git_state() -> str:
 
 
 def _preset_facts(design: Design) -> dict[str, str | float]:
-    """Return {attribute: value}: the preset of all cases, and its accuracy loss.
+    """Return attributes of results.h5: the preset of all cases, and its accuracy loss.
 
     {} without a preset, or if an input of the preset is swept.
     """
@@ -192,7 +209,12 @@ def _preset_facts(design: Design) -> dict[str, str | float]:
 
 
 def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | float]:
-    """Return the root attributes of results.h5 that describe the origin of results."""
+    """Return the attributes of results.h5 that say how the results were made.
+
+    These are version, command, scene, hosts, ranks, libraries, time and thresholds.
+
+    comm : communicator of all ranks, each of which must call
+    """
     hosts = sorted(set(comm.allgather(socket.gethostname())))
     now = dt.datetime.now(tz=dt.UTC).isoformat(timespec="seconds")
     return {
@@ -212,13 +234,13 @@ def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | floa
 
 
 def write_case(path: Path, design: Design, result: Result) -> None:
-    """Write the results of one case as a campaign's results file, atomically.
+    """Write the results of a single case as a results file like that of a campaign.
 
-    The file is gathered beside `path`, as for a campaign, and renamed.
+    The file is written under a temporary name in the same folder, then renamed.
 
     Parameters
     ----------
-    path : file to replace
+    path : file to write or replace
     design : design of one case
     result : result of the case
 

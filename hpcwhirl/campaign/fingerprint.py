@@ -1,10 +1,11 @@
-"""The fingerprint of a user's function, which changes with its file, code and values.
+"""The fingerprint of a user's function `measure`: it changes if the function changes.
 
-It has two parts: the SHA-256 of the source files in which the function, and the
-functions that it names, are written; and the SHA-256 of the bytecode and of all values
-that the function can use: defaults, closures, arguments of `functools.partial`,
-attributes, class constants and the globals that the code names. It does not cover other
-modules: installed packages, and modules that a user's own module imports.
+So a campaign cannot mix numbers of two functions. The fingerprint has two parts: the
+SHA-256 of the source files in which the function, and the functions that it names, are
+written; and the SHA-256 of the bytecode and of all values that the function can use:
+defaults, closures, arguments of `functools.partial`, attributes, class constants and
+the globals that the code names. It does not cover other modules: installed packages,
+and modules that a user's own module imports.
 """
 
 from __future__ import annotations
@@ -54,11 +55,11 @@ REMEDY = (
 
 
 class _UnknownError(Exception):
-    """A value that a function uses and that has no fingerprint."""
+    """Raised for a value that a user's function uses and that cannot be compared."""
 
 
 def fingerprint(function: Any, version: object = None) -> str:
-    """Return the fingerprint of a user's function.
+    """Return the fingerprint of a user's function, a text that is stored and compared.
 
     Parameters
     ----------
@@ -92,9 +93,10 @@ def fingerprint(function: Any, version: object = None) -> str:
 
 
 def difference(was: str, now: str) -> str:
-    """Return a phrase on how two fingerprints differ; "" for no known difference.
+    """Return what differs between two fingerprints, as a phrase for a message.
 
-    Code and values are compared only if both are from the same version of Python.
+    "" if they are equal or the first is unknown; code and values are compared only if
+    both are from the same version of Python.
 
     was, now : the stored fingerprint, and that of the function of this call
     """
@@ -109,7 +111,7 @@ def difference(was: str, now: str) -> str:
 
 
 def _checked(version: object) -> str:
-    """Return a user's `version` as text, after checking it."""
+    """Check the `version` that a user gave for a function, and return it as text."""
     text = str(version) if isinstance(version, int | str) else ""
     if isinstance(version, bool) or not 0 < len(text) <= MOST_LETTERS:
         msg = "version must be a whole number or a text of 1 to "
@@ -121,12 +123,12 @@ def _checked(version: object) -> str:
 
 
 def _source_of(function: Any) -> None:
-    """Check that the source of a function can be read.
+    """Check that the source text of a user's function can be read.
 
     Raises
     ------
     _UnknownError
-        naming the function
+        naming the function, if it cannot
     """
     called = function
     while not isinstance(called, FunctionType):
@@ -153,10 +155,7 @@ def _within(called: Any) -> Any:
 
 
 def _attribute(given: Any, name: str) -> Any:
-    """Return the attribute `name` of an object.
-
-    None if there is none, or if reading it raises.
-    """
+    """Return an object's attribute by its name; None if there is none or it raises."""
     try:
         return getattr(given, name, None)
     except Exception:  # noqa: BLE001 - what a user's property raises is no attribute
@@ -164,7 +163,7 @@ def _attribute(given: Any, name: str) -> Any:
 
 
 def _wrapped(given: Any) -> Any:
-    """Return the function inside a wrapper made by an installed package, else None.
+    """Return the function inside a wrapper made by `wraps` or numba, else None.
 
     given : the wrapper, or any other object
     """
@@ -174,7 +173,7 @@ def _wrapped(given: Any) -> Any:
 
 
 def _name(given: Any) -> str:
-    """Return the name of a function or value for messages, or that of its type."""
+    """Return how a function or value is called in messages: by its name or its type."""
     own = _attribute(given, "__qualname__")
     return own if isinstance(own, str) else f"a {type(given).__qualname__}"
 
@@ -187,14 +186,20 @@ def _text_of(code: CodeType) -> str:
 
 @functools.cache
 def _installed() -> tuple[Path, ...]:
-    """Return the folders of this program and of installed packages."""
+    """Return the folders of hpcwhirl, the standard library and installed packages.
+
+    Functions in modules outside these folders are the user's own.
+    """
     known = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib")]
     known += [sysconfig.get_path(name) for name in ("purelib", "platlib")]
     return (OWN, *map(Path, [*known, site.getusersitepackages()]))
 
 
 def _is_own(module: str) -> bool:
-    """Return whether a module, given by name, is the user's own; `__main__` is."""
+    """Return whether a module is the user's own, not installed; `__main__` is.
+
+    module : name of the module
+    """
     file = getattr(sys.modules.get(module), "__file__", None)
     if module == "__main__":
         return True
@@ -205,7 +210,10 @@ def _is_own(module: str) -> bool:
 
 
 class _Walk:
-    """Visits every object that a function can reach, once, and computes digests."""
+    """Computes the digests of all objects that a user's function can reach.
+
+    It follows code, values, attributes and globals, and visits every object once.
+    """
 
     def __init__(self) -> None:
         self.sources: set[str] = set()  # SHA-256 of each file
@@ -214,7 +222,7 @@ class _Walk:
         self._open: set[int] = set()
 
     def digest(self, given: Any) -> str:
-        """Return the SHA-256 of a value, by its content, never by its address."""
+        """Return the SHA-256 of an object's content, not of its address in memory."""
         number = id(given)
         if number in self._open:  # it contains itself
             return f"around {type(given).__qualname__}"
@@ -231,7 +239,7 @@ class _Walk:
         return self._known[number]
 
     def _parts(self, given: Any) -> Iterator[str]:
-        """Yield the texts whose hash is the digest of a value: its type and content."""
+        """Yield an object's type and content as texts, whose hash is its digest."""
         kind = type(given)
         yield f"{kind.__module__}.{kind.__qualname__}"
         if kind in PLAIN:
@@ -261,7 +269,7 @@ class _Walk:
         yield from (self.digest(_attribute(given, name)) for name in names)
 
     def _state(self, given: Any) -> str:
-        """Return a digest of the attributes that a function or wrapper has."""
+        """Return the digest of the attributes set on a function or wrapper."""
         own = {n: v for n, v in vars(given).items() if n not in UNTOLD}
         return self.digest(own)
 
@@ -310,7 +318,10 @@ class _Walk:
                 yield self.digest(value)
 
     def _of_module(self, given: ModuleType) -> Iterator[str]:
-        """Yield a module's name and note its file; its imports are not followed."""
+        """Yield a module's name; record the hash of its file if it is the user's.
+
+        The modules that it imports are not followed.
+        """
         yield given.__name__
         file = getattr(given, "__file__", None)
         if file is not None and _is_own(given.__name__):
@@ -343,7 +354,9 @@ WAYS: tuple[tuple[Any, Callable[[_Walk, Any], Iterator[str]]], ...] = (
 
 
 def _reduced(given: Any) -> Iterator[Any]:
-    """Yield the parts from which pickle would rebuild an object; nothing is rebuilt.
+    """Yield the parts (class, arguments, state) from which pickle rebuilds an object.
+
+    Nothing is rebuilt; the parts stand for the object's content.
 
     Raises
     ------
@@ -369,7 +382,7 @@ def _reduced(given: Any) -> Iterator[Any]:
 
 
 def _globals(code: CodeType) -> list[str]:
-    """Return the global names in a code object and in the code inside it."""
+    """Return the names of globals that a code object, or code inside it, reads."""
     seen = ("LOAD_GLOBAL", "LOAD_NAME")
     own = [i.argval for i in dis.get_instructions(code) if i.opname in seen]
     inner = [c for c in code.co_consts if isinstance(c, CodeType)]

@@ -1,4 +1,7 @@
-"""A user's own function of a case, whose numbers become variables of the results."""
+"""The user's function `measure`: call it for each case, check the numbers it returns.
+
+The numbers become variables of the results.
+"""
 
 from __future__ import annotations
 
@@ -43,18 +46,18 @@ ALLOWED = 'a mapping such as {"largest_tip": "m"} or {"largest_tip": ("m", "mean
 
 
 class _EndError(Exception):
-    """Raised where a user's function has tried to end the campaign's process."""
+    """Raised where a user's function has called `os._exit`, to end the process."""
 
 
 @dataclass(frozen=True)
 class Measure:
-    """A user's function of one case and the variables that it returns.
+    """A user's function, called with each case, and the variables that it returns.
 
     Attributes
     ----------
-    function : takes a case and returns {name: number}; see `one_case`
-    variables : {name: (unit, meaning)} of its numbers
-    fingerprint : fingerprint of the function, see the function of this name
+    function : takes a case as a dataset, see `one_case`, and returns {name: number}
+    variables : {name: (unit, meaning)} of the numbers that it returns
+    fingerprint : text that changes if the function changes, see `campaign.fingerprint`
     """
 
     function: Callable[[xarray.Dataset], Any] = field(compare=False)
@@ -62,15 +65,21 @@ class Measure:
     fingerprint: str = ""
 
     def plan(self) -> dict[str, list[str]]:
-        """Return {variable: [unit, meaning]}, as stored in the campaign's plan."""
+        """Return {variable: [unit, meaning]}, to be stored in the campaign's plan."""
         return {name: list(told) for name, told in self.variables.items()}
 
     def __call__(self, scene: Scene, result: Result) -> dict[str, Any]:
-        """Return record entries: the function's numbers, or why there are none.
+        """Call the user's function with one case; return entries for the case's record.
 
-        An exception of the function, even by `sys.exit` or `os._exit`, is no failure of
-        the case, whose words do not depend on it: the variables become NaN, and
-        `measure_message` says why. Only `KeyboardInterrupt` is passed on.
+        The entries are its numbers, or why there are none. An exception of the
+        function, even by `sys.exit` or `os._exit`, is no failure of the case, whose
+        words do not depend on it: the variables become NaN, and `measure_message` says
+        why. Only `KeyboardInterrupt` is passed on.
+
+        Parameters
+        ----------
+        scene : inputs of the case
+        result : result of the case
         """
         try:
             with _guarded():
@@ -82,9 +91,13 @@ class Measure:
             return {WHY_NOT: one_line(text_of(failed), LONGEST)}
 
     def _checked(self, given: Any) -> dict[str, float]:
-        """Return {variable: number}; raise if these are not the declared variables.
+        """Check that a user's function has returned its declared variables.
 
-        given : what the user's function has returned
+        given : what the function has returned
+
+        Returns
+        -------
+        {variable: number}
         """
         if not isinstance(given, Mapping):
             msg = f"measure must return {{name: number}}, got {shown(given)}"
@@ -98,7 +111,7 @@ class Measure:
 
 @contextmanager
 def _guarded() -> Iterator[None]:
-    """Protect this process and its working directory while a user's function runs.
+    """Protect this process while a user's function runs in the block.
 
     In the block `os._exit` raises in this process and thread. A forked child that
     leaves the block is ended; the working directory and NumPy's error settings are
@@ -125,7 +138,9 @@ def _guarded() -> Iterator[None]:
 
 
 def _end_child(leave: Callable[[int], Any]) -> None:
-    """End a forked process, which must not continue as a second campaign.
+    """End a process that a user's function has forked and that has returned from it.
+
+    It must not continue as a second campaign.
 
     leave : the real `os._exit`
     """
@@ -140,10 +155,16 @@ def _end_child(leave: Callable[[int], Any]) -> None:
 
 
 def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | None:
-    """Check a user's function given in Python; return a `Measure`, or None.
+    """Return a `Measure` for a function given in Python, after checking it.
 
+    Parameters
+    ----------
     function, variables, version : arguments `measure`, `variables` and `version` of
         `hpcwhirl.campaign`; None: not given
+
+    Returns
+    -------
+    the `Measure`; None if neither function nor variables are given
 
     Raises
     ------
@@ -167,9 +188,12 @@ def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | 
 
 
 def _told(name: Any, given: Any) -> tuple[str, str]:
-    """Check a variable that a user's function returns; return its unit and meaning.
+    """Check how a user declares one variable of `measure`; return its unit and meaning.
 
-    name, given : its name; its unit, or (unit, meaning)
+    Parameters
+    ----------
+    name : name of the variable
+    given : its unit, or (unit, meaning)
     """
     if not isinstance(name, str) or not name.isidentifier() or not name.isascii():
         msg = f"variables: a name has only letters, digits and _, got {shown(name)}"
@@ -194,13 +218,15 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
 def one_case(
     scene: Scene, row: Mapping[str, Any], traces: Mapping[str, NDArray[Any]]
 ) -> xarray.Dataset:
-    """Return one case in the form of `open_results(...).isel(case=i)`.
+    """Return the results of one case as the dataset that a user's function gets.
+
+    It has the form of `open_results(...).isel(case=i)`.
 
     Parameters
     ----------
     scene : inputs of the case, which become attributes with their dotted names
-    row : {variable of `ROW`: value}
-    traces : as in `campaign.simulate.Result`
+    row : {variable: value} of the case, see `campaign.simulate.Result`
+    traces : {name: array}, time histories, see `campaign.simulate.Result`
 
     Returns
     -------
@@ -230,7 +256,7 @@ def _dims(name: str) -> tuple[str, ...]:
 
 
 def _copy(value: Any) -> NDArray[Any]:
-    """Return a read-only copy of an array or a number."""
+    """Return a read-only copy of an array, or of a number as an array."""
     copy = np.array(value)
     copy.setflags(write=False)
     return copy

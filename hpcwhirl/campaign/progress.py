@@ -1,4 +1,8 @@
-"""Progress of a campaign, from its manifest, its journals and its ranks' notes."""
+"""Progress of a campaign, for `hpcwhirl status`: read from the files of its directory.
+
+These are the plan, the ranks' journals of ended cases, and their notes of cases that
+are being computed.
+"""
 
 from __future__ import annotations
 
@@ -39,13 +43,15 @@ LEAST_PATIENCE = 60.0
 
 @dataclass(frozen=True)
 class Computing:
-    """The cases that a rank computes now.
+    """What one rank computes now, as its note in the campaign's directory says.
 
     Attributes
     ----------
-    rank, host : number of the rank, and name of its host
-    cases : one case, or several while kernels are compiled
-    since, seconds : start, s since 1970, and time since then, s; None if unknown
+    rank : number of the rank
+    host : name of its host
+    cases : number of the case, or of several while kernels are compiled
+    since : time at which it began, s since 1970; None if unknown
+    seconds : time since then, s; None if unknown
     died : whether the process is known to have ended
     """
 
@@ -59,7 +65,7 @@ class Computing:
 
 @dataclass(frozen=True)
 class Progress:
-    """State of a campaign.
+    """How far a campaign is, as `hpcwhirl status` prints it.
 
     Attributes
     ----------
@@ -67,19 +73,19 @@ class Progress:
         that ended without a result, and of cases that have not ended
     ranks : number of ranks that finished a case recently
     rate : cases per hour of these ranks; None before the first case has ended
-    eta : time left at that rate, by predicted cost, s; None if unknown
+    eta : time left if these ranks go on at their rate, s; None if unknown
     kernel_share : share of these ranks' time spent in the kernel, up to their last
         case; `busy_fraction` in results also includes writing records
     stopped : `STOP` if that file exists, else why the last run stopped early, if known
     core_hours : kernel time spent, including cases computed twice, h
-    core_hours_left : predicted kernel time of the cases left, h
+    core_hours_left : predicted kernel time of the cases left, h; None if unknown
     idle_for : time since the last case finished, s; None before the first
-    regimes : {regime: cases}
+    regimes : {regime: number of cases}
     statuses : {status: number of ended cases}; outcomes without a regime count
         separately
     running : what each rank computes now, the longest running first
     grows : whether refined cases may still be added
-    dropped : cases left out because of a budget
+    dropped : number of cases left out because of a budget
     """
 
     cases: int
@@ -103,14 +109,14 @@ class Progress:
 
 @dataclass(frozen=True)
 class Worker:
-    """Work of one rank in one run, from its journal.
+    """What one rank has computed in one run, from its journal.
 
     Attributes
     ----------
     begun, ended : start of the rank, and end of its last case, s since 1970
     seconds : computing time of its cases, s
     work : number of time steps of its cases
-    cases : number of cases
+    cases : number of its cases
     """
 
     begun: float
@@ -126,7 +132,7 @@ class Worker:
 
 
 def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
-    """Return work and times of the rank that wrote a journal; None without times.
+    """Return what the rank that wrote a journal has computed; None without times.
 
     A rank computes one case at a time: when a case ends, the rank has run for at least
     the computing time of all its cases so far. So each case gives an upper limit of the
@@ -134,8 +140,9 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
 
     Parameters
     ----------
-    ended, seconds, work : (records,), end of each case, s since 1970, NaN if unknown;
-        its computing time, s; its number of time steps
+    ended : (records,), s since 1970, end of each case of the journal; NaN if unknown
+    seconds : (records,), s, computing time of each case
+    work : (records,), number of time steps of each case
     """
     timed = np.flatnonzero(np.isfinite(ended))
     if not len(timed):
@@ -152,9 +159,10 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
 
 
 def status_of(end: Completion) -> str:
-    """Return the word by which `status` counts an ended case.
+    """Return the word by which `hpcwhirl status` counts an ended case.
 
-    It is its status, such as "ok" or "failed", or its outcome if it has no regime.
+    It is the case's status, such as "ok" or "failed", or its outcome if it has no
+    regime.
     """
     return end.outcome if end.outcome in NO_REGIME else end.status
 
@@ -162,7 +170,7 @@ def status_of(end: Completion) -> str:
 def computing(
     notes: Sequence[Note], digests: Sequence[str], ends: Mapping[str, float], now: float
 ) -> list[Computing]:
-    """Return the cases that each rank computes, without those that have ended.
+    """Return what each rank computes now: the cases in its note that have not ended.
 
     Parameters
     ----------
@@ -187,7 +195,7 @@ def computing(
 
 
 def predicted_work(manifest: Manifest) -> Floats:
-    """Return the number of steps of each case, (cases,).
+    """Return the number of time steps of each case of a plan, (cases,).
 
     Where the time step is not an input, it counts as 1 s.
     """
@@ -204,10 +212,13 @@ def predicted_work(manifest: Manifest) -> Floats:
 
 
 def active(workers: Sequence[Worker], longest: float) -> list[Worker]:
-    """Return the ranks whose last case ended recently, and so seem to be working.
+    """Return the ranks that seem to be working, since their last case ended recently.
 
     "Recently" is relative to the last case that ended on any rank.
 
+    Parameters
+    ----------
+    workers : what all ranks have computed
     longest : computing time of the longest case, s
     """
     last = max((w.ended for w in workers), default=0.0)
@@ -216,17 +227,17 @@ def active(workers: Sequence[Worker], longest: float) -> list[Worker]:
 
 
 class Seen:
-    """State of a plan's cases, read from journals.
+    """What the files of a campaign's directory say about its cases and ranks.
 
     Parameters
     ----------
-    directory, manifest : the campaign's directory and its manifest
+    directory, manifest : the campaign's directory and its plan
 
     Attributes
     ----------
     manifest : plan with all cases that refinement has asked for so far
-    work : (cases,), number of steps of each case
-    workers : work of each rank whose journal has times
+    work : (cases,), number of time steps of each case
+    workers : what each rank has computed, if its journal has times
     open : (cases,), whether a job of a case or of its twins is left
     without : number of cases without a result, or that failed in an extension
     regimes, statuses : {word: number of cases}, see `Progress`
@@ -245,7 +256,11 @@ class Seen:
             self._from_records()
 
     def _from_columns(self) -> None:
-        """Read the journals of a plan whose cases are one job each, as columns."""
+        """Read the journals of a plan without twins, extensions or refined cases.
+
+        Each case is then one job, and the journals are read as arrays, without one
+        object per record.
+        """
         count = len(self.work)
         status, regime = (np.full(count, "", dtype=object) for _ in range(2))
         last = np.full(count, -np.inf)
@@ -273,10 +288,13 @@ class Seen:
         self.ends = {n: float(last[case]) for n, case in cases.items() if case >= 0}
 
     def _take(self, case: NDArray[np.int64], ended: Floats, seconds: Floats) -> None:
-        """Add the work of the rank that wrote a journal, from columns of its records.
+        """Add what the rank that wrote one journal has computed.
 
-        case : (records,), number in the plan, -1 for none
-        ended, seconds : (records,), s since 1970, and computing time, s
+        Parameters
+        ----------
+        case : (records,), number of each record's case in the plan, -1 for none
+        ended, seconds : (records,), end, s since 1970, and computing time, s, of each
+            record
         """
         work = np.zeros(len(case))
         work[case >= 0] = self.work[case[case >= 0]]
@@ -287,7 +305,10 @@ class Seen:
         self.longest = max(self.longest, float(seconds.max(initial=0.0)))
 
     def _from_records(self) -> None:
-        """Read the journals record by record: extensions, twins or refined cases."""
+        """Read the journals of a plan with twins, extensions or refined cases.
+
+        A case may then have several records, which are read one by one.
+        """
         journals = self.journals.by_file()
         every = itertools.chain.from_iterable(journals.values())
         records = {record["digest"]: record for record in every}
@@ -313,14 +334,17 @@ class Seen:
 
 
 def progress_of(directory: Directory, now: float | None = None) -> Progress:
-    """Return the progress of a campaign.
+    """Return how far a campaign is, for `hpcwhirl status`, from its directory.
 
-    now : s since 1970; None: this moment
+    Parameters
+    ----------
+    directory : the campaign's directory
+    now : present time, s since 1970; None: this moment
 
     Raises
     ------
     MissingFileError, StoreError
-        if `directory` is no campaign's directory, or its manifest is damaged
+        if `directory` is no campaign's directory, or its plan is damaged
     """
     now = time.time() if now is None else now
     seen = Seen(directory, directory.plan.read())
@@ -354,11 +378,15 @@ def progress_of(directory: Directory, now: float | None = None) -> Progress:
 
 
 def stopped(directory: Directory, left: int, running: Sequence[Computing]) -> str:
-    """Return `STOP` if that file exists, else why the last run stopped early.
+    """Return why a campaign has stopped: `STOP` if that file exists, else as stored.
 
-    Return "" after a kill, and while a run is active.
+    It is "" after a kill, of which nothing is stored, and while a run is active.
 
-    left, running : number of cases left; cases that the ranks compute now
+    Parameters
+    ----------
+    directory : the campaign's directory
+    left : number of cases left
+    running : what the ranks compute now
     """
     if directory.stop_file.exists():
         return STOP

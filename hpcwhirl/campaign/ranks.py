@@ -1,10 +1,10 @@
-"""Distribution of jobs over ranks; rank 0 hands out jobs and computes, too.
+"""Distribution of jobs over MPI ranks; rank 0 hands out jobs and computes, too.
 
-The first units go out together. From then on messages are point to point: a worker asks
-for its next units when it begins the units it has, so that it need not wait, and
-reports in the same message what it has finished; rank 0 answers between the slices of
-its own case. With many ranks or short cases an answer has several units, see
-`WorkQueue.bundle`.
+The first units of work go out together. From then on messages are point to point: a
+worker (any other rank) asks for its next units when it begins the units it has, so that
+it need not wait, and reports in the same message what it has finished; rank 0 answers
+between the slices of its own case. With many ranks or short cases an answer has several
+units, see `WorkQueue.bundle`.
 
 Every message is received: each question has one answer, and each worker ends only after
 one HALT, which it gets when the campaign stops or has ended. Under `srun --mpi=pmi2`,
@@ -41,17 +41,18 @@ Done = tuple[int, Any, float]  # (number of a unit, its completion, its time, s)
 
 @dataclass
 class Tally:
-    """Use of this rank's time.
+    """How this rank has used its time in one run.
 
     Attributes
     ----------
     busy : time spent on computing and writing cases, s; on rank 0 without the time for
         answering workers
     span : time from the first units sent until all ranks have ended, s
-    cases : number of computations finished here, including twins and later stages
+    cases : number of computations finished here, including twins and longer runs
     seconds : time of the last computation, s
-    beside, first : time outside the kernel, s: the median over computations, and the
-        additional time of the first computation
+    beside : time of a computation outside the kernel, s: the median over this rank
+    first : by how much that time was longer in this rank's first computation, s
+    begun : start of the run, s, by `time.perf_counter`
     waits : function called repeatedly while this rank waits for others
     """
 
@@ -66,7 +67,10 @@ class Tally:
 
     @contextmanager
     def computing(self) -> Iterator[None]:
-        """Count the computation in the block, and its time even if it is stopped."""
+        """Measure the time of the computation in the block, even if it is stopped.
+
+        A computation that is not stopped is counted in `cases`.
+        """
         start = time.perf_counter()
         try:
             yield
@@ -76,7 +80,7 @@ class Tally:
         self.cases += 1
 
     def wait(self) -> None:
-        """Call the function `waits`, then sleep for `IDLE` s."""
+        """Let this rank wait for `IDLE` seconds, after calling `waits`."""
         self.waits()
         time.sleep(IDLE)
 
@@ -93,12 +97,12 @@ def map_ranks(
     comm: Communicator,
     tally: Tally,
 ) -> bool:
-    """Compute all units of work on the ranks of `comm`, each of which must call this.
+    """Compute all units of work (jobs) on the ranks of `comm`; every rank must call.
 
     Parameters
     ----------
     queue : units to hand out; used on rank 0 only
-    evaluate : computes and journals a unit on the rank that calls it
+    evaluate : computes a unit and writes its record, on the rank that calls it
     notice : called on rank 0 for every finished unit
     stopping : returns whether this process was asked to stop
     comm : communicator of all ranks
@@ -106,7 +110,7 @@ def map_ranks(
 
     Returns
     -------
-    whether all units were evaluated, the same on every rank
+    whether all units were computed, the same on every rank
     """
     complete = None
     if comm.rank == 0:
@@ -121,7 +125,7 @@ def map_ranks(
 
 
 class _Root:
-    """Rank 0: hands out units of work, computes too, and counts completions."""
+    """Rank 0 of a run: hands out units of work (jobs) and computes some itself."""
 
     def __init__(
         self,
@@ -154,7 +158,10 @@ class _Root:
         return self.queue.left == 0
 
     def await_workers(self) -> None:
-        """Serve messages until every worker has ended."""
+        """Answer messages of the other ranks until every one of them has ended.
+
+        It is called when rank 0 has no more work or after a stop request.
+        """
         while self.at_work:
             if not self.serve():
                 self.tally.wait()
@@ -169,7 +176,10 @@ class _Root:
         self.notice(unit, end)
 
     def while_busy(self) -> None:
-        """Call `between`; its time does not count as busy."""
+        """Answer messages of other ranks between slices of rank 0's computation.
+
+        The time for this is not counted as part of that computation.
+        """
         start = time.perf_counter()
         try:
             self.between()
@@ -177,7 +187,7 @@ class _Root:
             self.tally.busy -= time.perf_counter() - start
 
     def between(self) -> None:
-        """Serve messages; on a stop request, send it to every worker and raise Stop."""
+        """Answer messages of other ranks; stop them on request, and raise Stop."""
         self.serve()
         if self.stopping() and not self.halted:
             self.halt()
@@ -190,12 +200,12 @@ class _Root:
         self.dismiss()
 
     def dismiss(self) -> None:
-        """Send HALT to every worker, even to those that have no more work."""
+        """Send HALT to every other rank, even to those that have no more work."""
         for rank in range(1, self.comm.size):
             self.comm.send(None, dest=rank, tag=HALT)
 
     def serve(self) -> bool:
-        """Answer every message of a worker that has arrived; return whether any had."""
+        """Answer all messages of workers that have arrived; return whether any had."""
         any_came = False
         while self.comm.Iprobe():
             any_came = True
@@ -218,12 +228,17 @@ class _Root:
             self.comm.send(self.units(units), dest=rank, tag=WORK)
 
     def units(self, numbers: list[int]) -> list[Unit]:
-        """Return (number, task) of units by their numbers, as sent to a worker."""
+        """Return (number, task) of units of work; task: the job by `JobCode`.
+
+        Workers get units in this form.
+
+        numbers : numbers of the units in the queue
+        """
         return [(number, self.queue.task(number)) for number in numbers]
 
 
 class _Worker:
-    """Any rank but 0: asks for units of work in advance, computes, and reports."""
+    """Any rank but 0 in a run: asks rank 0 for units of work, computes, and reports."""
 
     def __init__(self, stopping: Callable[[], bool], comm: Any, tally: Tally) -> None:
         self.stopping, self.comm, self.tally = stopping, comm, tally
@@ -248,16 +263,17 @@ class _Worker:
             self.look()
 
     def tell(self, word: str) -> None:
-        """Send rank 0 a word, the finished units, and whether a stop is requested.
+        """Send rank 0 what this worker wants, what it has finished, whether to stop.
 
-        word : what this worker wants, such as further units
+        word : `ASK` for further units, `HUNGRY` if there is no unit left here, `BYE` at
+            the end
         """
         told = self.comm.rank, word, self.finished, self.stopping()
         self.comm.send(told, dest=0)
         self.finished = []
 
     def wait(self) -> list[Unit]:
-        """Return the units that rank 0 sends; sleep until they arrive."""
+        """Wait for the next units of work from rank 0; return them, [] at the end."""
         asked = False
         while not self.comm.Iprobe(source=0, tag=WORK):
             if not asked:
@@ -282,13 +298,14 @@ class _Worker:
 def keep_shares(
     runs: Runs, run: int, tally: Tally, comm: Communicator = ALONE, stopped: str = ""
 ) -> None:
-    """Write and print, on rank 0, how all ranks used their time; all must call this.
+    """Write and print, on rank 0, how all ranks used their time in a run.
 
     Parameters
     ----------
-    runs, run : files of the campaign's runs, and number of this run
+    runs : files of the campaign's runs
+    run : number of this run
     tally : use of this rank's time
-    comm : communicator of all ranks
+    comm : communicator of all ranks, each of which must call
     stopped : reason for an early stop of this rank; "": none
     """
     own = {"rank": comm.rank, "host": socket.gethostname(), "cases": tally.cases}
@@ -307,7 +324,7 @@ def keep_shares(
 
 
 def told(shares: list[Share]) -> str:
-    """Return one line on a run: cases, time, throughput and busy fractions.
+    """Return one line on a run: cases, time, cases per second, shares of busy time.
 
     shares : use of time of each rank
     """

@@ -1,4 +1,4 @@
-"""Running a campaign: plan the jobs left, distribute and journal them, gather.
+"""Run a campaign: find the jobs left, compute them on all ranks, gather the results.
 
 `Session` has the steps of one invocation, by the command or from Python: rank 0
 prepares the design, claims the directory, and makes or continues it; all ranks receive
@@ -56,15 +56,15 @@ def run_campaign(
     stopping: Stopping | None = None,
     own: Claim | None = None,
 ) -> Ending:
-    """Integrate the cases left in a campaign and gather its results.
+    """Compute the cases left in a campaign on all ranks and gather its results.
 
-    Every rank of `comm` must call, after one has called `prepare`.
+    Every rank of `comm` must call this, after one of them has called `prepare`.
 
     Parameters
     ----------
-    design, directory : the campaign
+    design, directory : the campaign's cases and its directory
     comm : communicator of all ranks
-    policy : limits, retries, isolation; the same on every rank
+    policy : options of the run, such as limits and retries; the same on every rank
     stopping : handler of stop requests; None: a handler is made for this run
     own : rank 0's claim on the directory; None: a claim is made for this run
 
@@ -104,9 +104,17 @@ def _computed(
 ) -> tuple[Work, bool, bool]:
     """Compute the jobs left in a campaign on all ranks.
 
-    Return (work, whether all ended, whether it stopped after `max_fails` failures).
+    Parameters
+    ----------
+    design, directory : the campaign's cases and its directory
+    comm, node : communicators of all ranks, and of the ranks on this node
+    policy : options of the run
+    stopping : handler of stop requests of this process
 
-    node, policy : ranks of this machine; options of the run
+    Returns
+    -------
+    what the run had to compute; whether all jobs ended; whether it stopped after
+    `max_fails` failures
     """
     work, queue = work_of(design, directory, policy, comm)
     names = design.measure.variables if design.measure else ()
@@ -138,9 +146,13 @@ def _computed(
 
 
 def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
-    """Compile kernels on one rank of each node; the others sleep, then read its cache.
+    """Compile kernels on one rank of each node; the others wait, then read its cache.
 
-    evaluate, work, node : evaluator of this rank; work of the run; ranks of this node
+    Parameters
+    ----------
+    evaluate : computes cases on this rank
+    work : what the run has to compute
+    node : communicator of the ranks on this node
     """
     if node.rank == 0:
         with suppress(Stop):  # the ranks will see the request, too
@@ -149,9 +161,13 @@ def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
 
 
 def _begun(work: Work, design: Design, shard: Shard | None) -> str:
-    """Return the first progress line: numbers of cases, ended and isolated ones.
+    """Return the first progress line: numbers of all, ended and isolated cases.
 
-    work, shard : work of this run; its part of the cases, None: all
+    Parameters
+    ----------
+    work : what the run has to compute
+    design : the campaign's cases
+    shard : part of the cases that this run computes; None: all
     """
     cases, so_far = len(design.settings), ""
     if design.grows and work.jobs:
@@ -165,7 +181,10 @@ def _begun(work: Work, design: Design, shard: Shard | None) -> str:
 
 
 class _Report:
-    """Prints progress lines on stderr of rank 0, and counts failed cases."""
+    """Prints progress lines of a run on stderr of rank 0, and counts failed cases.
+
+    It is called for every finished unit of work.
+    """
 
     def __init__(self, queue: WorkQueue, most: int | None, stopping: Stopping) -> None:
         self.queue, self.most, self.stopping = queue, most, stopping
@@ -174,7 +193,7 @@ class _Report:
 
     @property
     def gave_up(self) -> bool:
-        """Whether `max_fails` cases have failed in this run."""
+        """Whether the run stops because `max_fails` cases have failed in it."""
         return self.most is not None and self.failed >= self.most
 
     def __call__(self, _unit: int, end: Completion) -> None:
@@ -199,14 +218,17 @@ class _Report:
 
 @dataclass
 class Session:
-    """One invocation of a campaign; as a context, it ends all ranks if one fails.
+    """One invocation of a campaign on all ranks; used in a `with` statement.
+
+    If this rank raises an exception in the block, all ranks are ended.
 
     Attributes
     ----------
     comm : communicator of all ranks
     stopping : handler of stop requests and signals
-    tell : prints an exception of this rank, which ends all ranks; returns their exit
-        code. None: exceptions pass, since no other rank waits
+    tell : prints an exception of this rank and returns the exit code with which all
+        ranks are then ended; None: exceptions are raised as usual, since no other rank
+        waits
     code : exit code after an exception; None: there was none
     watchdog : ends ranks that hang after a stop request; None: no watchdog
     directory : the campaign's directory; None before this rank knows it
@@ -223,7 +245,10 @@ class Session:
     _after: ExitStack = field(default_factory=ExitStack)
 
     def on_root(self, action: Callable[[], T]) -> T | WhirlError:
-        """Return on every rank what `action` returns on rank 0, or its WhirlError."""
+        """Call `action` on rank 0 only; return its value on every rank.
+
+        A WhirlError that it raises on rank 0 is returned instead, not raised.
+        """
         done: T | WhirlError | None = None
         if self.comm.rank == 0:
             try:
@@ -240,12 +265,13 @@ class Session:
         measure: Measure | None = None,
         begun: Callable[[Design], None] = lambda _: None,
     ) -> T | WhirlError:
-        """Run a campaign; every rank must call this.
+        """Prepare, run and conclude a campaign; every rank must call this.
 
         Parameters
         ----------
-        prepare : called on rank 0
-        conclude : called on rank 0 with the outcome and the prepared campaign
+        prepare : returns the campaign and the options of the run; called on rank 0
+        conclude : called on rank 0 with the outcome of the run and the prepared
+            campaign
         measure : the user's function on this rank
         begun : called on rank 0 when the directory is claimed and prepared
 
@@ -279,14 +305,14 @@ class Session:
             return self.on_root(lambda: conclude(ending, prepared))
 
     def __enter__(self) -> Self:
-        """Start the watchdog, if `tell` is set: other ranks may wait for this one."""
+        """Start the watchdog if `tell` is given, that is, if other ranks may wait."""
         if self.tell is not None:
             dog = Watchdog(self.stopping, Policy().patience, self.comm)
             self.watchdog = self._after.enter_context(dog)
         return self
 
     def __exit__(self, _: object, failed: BaseException | None, trace: object) -> bool:
-        """Print an exception of this rank by `tell`, and end all ranks."""
+        """End all ranks if this rank has raised an exception and `tell` is given."""
         with self._after:
             if failed is None or self.tell is None:
                 return False

@@ -1,4 +1,4 @@
-"""One case: from a scene to a row of numbers and traces, without MPI and files.
+"""Compute one case, from its scene to numbers, words and traces, without MPI or files.
 
 A case of a branch begins with the last motion of another case. This motion depends on
 the case's inputs only: its `history` names the preceding cases. A campaign stores the
@@ -59,11 +59,12 @@ Ended = tuple[Mapping[str, Any], March]
 
 @dataclass(frozen=True)
 class Result:
-    """Result of a case.
+    """Result of a case: its numbers and words, and time histories (traces).
 
     Attributes
     ----------
-    row : numbers of the motion, the same bits on every computation
+    row : {variable: value}, numbers and words of the motion, the same bits on every
+        computation
     traces : {name: array} of n samples; N blades, n_c contact points per tip, H
         harmonics, P stress points: `time` (n,), s; `centre` (n, 2), m, STATIC frame;
         `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; with full traces
@@ -71,7 +72,8 @@ class Result:
         `casing` (n, H + 1, 2), m, STATIC frame, and with several contact points per tip
         `point_tips` (n, N, n_c, 2), `point_impulse` (n, N, n_c), and of a file with a
         stress matrix `stress` (n, N, P), Pa; empty if none are kept
-    performance : numbers that depend on the machine and its load, such as times
+    performance : {variable: value} that depend on the machine and its load, such as
+        computing times
     """
 
     row: dict[str, Value]
@@ -79,9 +81,10 @@ class Result:
     performance: dict[str, Value]
 
     def plot(self, *, transient: bool = False) -> Any:
-        """Return Matplotlib's axes of the centre's orbit: static frame, rotating frame.
+        """Draw the orbit of the shaft's centre; return Matplotlib's axes.
 
-        The rotating frame is left out if the speed or the gap changes in time.
+        There are two axes, for the static and the rotating frame; the latter is left
+        out if the speed or the gap changes in time.
 
         Parameters
         ----------
@@ -98,7 +101,7 @@ class Result:
         return draw(self, transient=transient)
 
     def _repr_html_(self) -> str:
-        """Return words and numbers as a table, for a notebook."""
+        """Return words and numbers of the case as an HTML table, for a notebook."""
         lines = [
             f"<tr><th>{escape(name)}</th><td>"
             f"{escape(f'{value:.6g}' if isinstance(value, float) else str(value))}</td>"
@@ -128,10 +131,15 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
 
 
 def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) -> Course:
-    """Return the integration of a scene as a `Course`, before its first step.
+    """Return the integration of a scene, before its first step.
 
-    If the scene has a history, the preceding cases are integrated here; arguments as
-    for `simulate`.
+    If the scene continues a branch, the preceding cases are integrated here.
+
+    Parameters
+    ----------
+    scene : inputs of the case
+    between_slices : function called about every 10 ms of the preceding cases'
+        integration; may raise to end it
     """
 
     def march(case: Case, start: Motion | None) -> Ended:
@@ -142,24 +150,27 @@ def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) ->
 
 
 class Course:
-    """A case in progress: one integration (march), then longer ones while undecided.
+    """Integration of one case: to its end time, then to longer ones while undecided.
 
-    A case that lasts longer has, bit for bit, the row and the traces of a case with
-    that duration: a longer march continues from the last row of evidence, or starts
-    anew if it would have been integrated differently (see `fingerprint`).
+    The integration to one end time is a march. A case that lasts longer has, bit for
+    bit, the row and the traces of a case with that duration: a longer march continues
+    from the state at the last time at which evidence (the numbers that decide the word)
+    was recorded, or starts anew if it would have been integrated differently (see
+    `dynamics.snapshot.fingerprint`).
 
     Parameters
     ----------
     case : the case; its input `until` decides how long it is integrated
-    start : the motion with which it begins, see `March`
+    start : the motion with which it begins, see `March`; None: at rest
     keep : whether `last` is stored for the longest march, too, for an extension
 
     Attributes
     ----------
-    march : the present march
-    last : state at the last row of evidence of the march that gave the result; None if
-        no longer march can continue from it
-    twins : twins that measure chaos after the end of the case; None at other times
+    march : the integration to the present end time
+    last : state of the march that gave the result, at the last time at which evidence
+        was recorded; None if no longer march can continue from it
+    twins : nearby motions that measure chaos after the end of the case; None at other
+        times
     """
 
     @one_thread()
@@ -175,7 +186,7 @@ class Course:
     def _march(self, number: int) -> March:
         """Return a new integration of the case, to one of its end times.
 
-        number : number of that end time, from 0, in `ends`
+        number : index in `ends` of the end time
         """
         if number == 0:
             return March(self.case, self.start)
@@ -186,19 +197,24 @@ class Course:
 
     @property
     def seconds(self) -> float:
-        """Computing time of the present march and of twins that measure chaos, s."""
+        """Computing time of the case so far, with measuring chaos, s."""
         return self.march.seconds + (self.twins.seconds if self.twins else 0.0)
 
     @property
     def done(self) -> bool:
-        """Whether the present march has reached its end time."""
+        """Whether the present end time is reached, and chaos is measured."""
         return self.march.done and self.twins is None
 
     @one_thread()
     def set_out(self, steps: int, total: int) -> None:
-        """Begin the march, among those of the case, to which a saved state belongs.
+        """Choose the integration (march) to which a saved state of the case belongs.
 
-        steps, total : time step of the state; number of steps of the march it is from
+        A case has one march for each of its end times.
+
+        Parameters
+        ----------
+        steps : number of the time step of the saved state
+        total : number of time steps of the march that it was saved from
         """
         marches = [self._march(number) for number in range(len(self.ends))]
         same = [n for n, march in enumerate(marches) if march.total == total]
@@ -211,6 +227,8 @@ class Course:
     ) -> Result:
         """Integrate until the regime is decided or the longest end time is reached.
 
+        Parameters
+        ----------
         between_slices : function called about every 10 ms; may raise to end the case
         measure : whether chaos is measured afterwards, if `output.chaos` > 0
         """
@@ -230,10 +248,11 @@ class Course:
     def _with_motion(
         self, result: Result, between_slices: Callable[[], None] | None
     ) -> Result:
-        """Return a result with the numbers of chaos and the word `motion`, if wanted.
+        """Add the numbers of chaos and the word `motion` to a result, if asked for.
 
-        They depend only on the state at the end of the case: if the run is stopped
-        meanwhile, they are measured again from the beginning.
+        They are asked for by `output.chaos` > 0. They depend only on the state at the
+        end of the case: if the run is stopped meanwhile, they are measured again from
+        the beginning.
         """
         asked, row = self.case.given.output.chaos, result.row
         if asked == 0.0:
@@ -250,7 +269,11 @@ class Course:
         return Result({**row, "motion": word, **found}, result.traces, performance)
 
     def _go_on(self) -> None:
-        """Begin the next longer march, from the state of the last one if it fits."""
+        """Begin the integration to the next, later end time of an undecided case.
+
+        It continues from the last state of the former one, or starts anew if it would
+        have been integrated differently.
+        """
         self.number += 1
         old, self.march = self.march, self._march(self.number)
         if old.lean.model.folds != self.march.lean.model.folds:
@@ -261,8 +284,11 @@ class Course:
 
 
 def result_of(case: Case, history: History) -> Result:
-    """Return the result of an integrated case: evidence, words, row and traces.
+    """Return the result of an integrated case: evidence, words, numbers and traces.
 
+    Parameters
+    ----------
+    case : the case
     history : what was recorded while it was integrated
     """
     scene = case.scene
@@ -295,12 +321,14 @@ def result_of(case: Case, history: History) -> Result:
 
 
 def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return remarks on a case: outcome, and motion beyond a squeeze film's clearance.
+    """Return remarks for the user on a case, such as why it ended early.
+
+    Another remark tells of motion beyond the clearance of a squeeze film.
 
     Parameters
     ----------
     scene : inputs of the case
-    row : see `Result`
+    row : numbers and words of the case, see `Result`
     """
     notes = [TOLD[row["outcome"]]] if row["outcome"] in TOLD else []
     rotor = scene.engine.rotor
@@ -338,9 +366,14 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
 
 
 def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
-    """Return the last motion of a case, None if no case can continue from it.
+    """Return the last motion of a case, with which the next case of a branch begins.
 
-    row, march : numbers and words of the case, see `Result`; its integration
+    None if the case diverges or did not run to its end.
+
+    Parameters
+    ----------
+    row : numbers and words of the case, see `Result`
+    march : its integration
     """
     lost = row["outcome"] != "completed" or row["regime"] == "divergent"
     return None if lost else march.motion()
@@ -351,7 +384,10 @@ def begun(
     march: Callable[[Case, Motion | None], Ended],
     ends: Checkpoints | None = None,
 ) -> Begin:
-    """Return a case as it is integrated, and the motion with which it begins or None.
+    """Return a case and the motion with which it begins, left by the case before it.
+
+    The motion is None for a case that begins with its pulse. Preceding cases whose last
+    motion is not stored are integrated here.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
-"""Early stop of a campaign, by signals, limits, STOP or another rank; the watchdog.
+"""Early stop of a campaign: stop requests, and the watchdog that enforces them.
 
-The watchdog ends a job after a stop request even if a rank hangs. A rank that is stuck
-in a case, or suspended, does not answer, and all others would wait for it. So a thread
+A request comes by a signal, a limit of time, the file STOP or from another rank. The
+watchdog ends a job after a stop request even if a rank hangs. A rank that is stuck in a
+case, or suspended, does not answer, and all others would wait for it. So a thread
 watches the clock; it runs even while this process waits in MPI, where signal handlers
 do not run.
 """
@@ -35,14 +36,14 @@ AFTER_ROOT = 2.0  # s by which other ranks wait longer, so that rank 0 can repor
 
 
 class Stop(Exception):  # noqa: N818
-    """Raised between slices of an integration after a stop request."""
+    """Raised after a stop request, between two slices (10 ms) of an integration."""
 
 
 class Stopping:
-    """Stop requests to this process, polled between slices of the integration.
+    """Stop requests to this process; code that integrates polls it every some 10 ms.
 
-    As a context it handles TERM, USR1 and INT, also those that arrived during the
-    imports, and restores the earlier handlers.
+    Used in a `with` statement, it handles the signals TERM, USR1 and INT, also those
+    that arrived during the imports, and restores the earlier handlers at the end.
 
     Attributes
     ----------
@@ -62,7 +63,7 @@ class Stopping:
         self._before: dict[int, Any] = {}
 
     def watch(self, file: Path | None, seconds: float | None) -> None:
-        """Also request a stop once a file exists or some time has passed.
+        """Set what requests a stop besides signals: a file, a limit of time.
 
         Parameters
         ----------
@@ -74,18 +75,18 @@ class Stopping:
         self._deadline = self.began + seconds if seconds is not None else None
 
     def pilot(self, seconds: float) -> None:
-        """Stop this process after `seconds`, the computing time of a pilot."""
+        """Request a stop in `seconds` from now, the computing time of a pilot."""
         self._pilot_ends = time.monotonic() + seconds
 
     def ask(self, reason: str) -> None:
-        """Request a stop of this process, and so of the campaign.
+        """Request a stop of this process, and so of the campaign on all ranks.
 
-        reason : text for the user
+        reason : text for the user; the first request's text is kept
         """
         self.reason = self.reason or reason
 
     def __call__(self) -> bool:
-        """Return whether a stop of this process has been requested."""
+        """Return whether a stop of this process has been requested or is due by now."""
         now = time.monotonic()
         if self._deadline is not None and now >= self._deadline:
             self.ask("the wall-time is nearly over")
@@ -99,7 +100,7 @@ class Stopping:
         return bool(self.reason)
 
     def check(self) -> None:
-        """Raise Stop if a stop has been requested."""
+        """Raise Stop if a stop of this process has been requested."""
         if self():
             raise Stop
 
@@ -107,7 +108,7 @@ class Stopping:
         self.ask(f"signal {signal.Signals(number).name.removeprefix('SIG')}")
 
     def ignore(self) -> None:
-        """Ignore all signals from now on, until the process ends.
+        """Ignore the stop signals from now on, until the process ends.
 
         Call it before the interpreter ends, which drops Python's handlers, and before
         MPI ends, which may wait for other ranks.
@@ -127,14 +128,17 @@ class Stopping:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Restore the earlier signal handlers."""
+        """Restore the signal handlers that were installed before the block."""
         for name, handler in self._before.items():
             signal.signal(name, handler or signal.SIG_DFL)
         self._before.clear()
 
 
 class _Alarm:
-    """Timer handler that calls `check` at every tick and keeps the Stop it raises."""
+    """Handler of timer signals, for `breakable`: calls `check` at each signal.
+
+    told : the Stop that `check` has raised; None: none yet
+    """
 
     def __init__(self, check: Callable[[], None]) -> None:
         self.check, self._at_it = check, False
@@ -155,10 +159,11 @@ class _Alarm:
 
 @contextmanager
 def breakable(check: Callable[[], None]) -> Iterator[None]:
-    """Let a timer call `check` inside the block, so that any line may raise Stop.
+    """Call `check` every `BREAK_EVERY` seconds in the block, so that a stop can end it.
 
-    Use it for work without slices: compiling a kernel takes up to a minute, building a
-    model may take seconds. Nothing inside may write to the campaign's files.
+    Any line of the block may then raise Stop. It is used for work that is not divided
+    into slices: compiling a kernel takes up to a minute, building a model may take
+    seconds. Nothing in the block may write to the campaign's files.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -183,12 +188,14 @@ def breakable(check: Callable[[], None]) -> Iterator[None]:
 
 
 def _unless_stop(hook: Callable[[Any], object], lost: Any) -> None:
-    """Pass an exception that Python cannot raise on to `hook`, unless it is Stop.
+    """Report an exception that Python cannot raise to `hook`, unless it is Stop.
 
-    hook, lost : former `sys.unraisablehook`, and its argument
+    A timer signal during a callback of the compiler cannot raise Stop; the next will.
 
-    A tick of the timer during a callback of the compiler cannot raise Stop; the next
-    tick will.
+    Parameters
+    ----------
+    hook : former `sys.unraisablehook`
+    lost : argument of such a hook, which has the exception
     """
     if not isinstance(lost.exc_value, Stop):
         hook(lost)
@@ -197,7 +204,7 @@ def _unless_stop(hook: Callable[[Any], object], lost: Any) -> None:
 def time_left(
     walltime: float | None, env: Mapping[str, str] = os.environ
 ) -> float | None:
-    """Return the time until a stop, s; None for no limit.
+    """Return the time until a run must stop, s; None for no limit.
 
     This is the time until a wall-time that begins now has passed or the Slurm job ends,
     whichever is earlier, less a margin for saving states. PBS, LSF, SGE and Flux give a
@@ -219,7 +226,9 @@ def time_left(
 
 
 class Watchdog:
-    """Ends this process, and with it all ranks, some time after a stop request.
+    """Ends all ranks by force if this rank goes on for too long after a stop request.
+
+    It is a thread that runs in a `with` statement.
 
     Parameters
     ----------
@@ -250,7 +259,7 @@ class Watchdog:
                 self._end()
 
     def _heard(self) -> bool:
-        """Return whether a stop signal has arrived since the last call."""
+        """Return whether a stop signal has arrived since this was last called."""
         with suppress(OSError):
             return any(number in SIGNALS for number in os.read(self._read, 65536))
         return False
@@ -268,7 +277,7 @@ class Watchdog:
         os._exit(STOPPED)
 
     def __enter__(self) -> Self:
-        """Start the thread; in the main thread, pass signals on to it, too."""
+        """Start the watching thread; in the main thread, let it see signals, too."""
         for end in (self._read, self._write):
             os.set_blocking(end, False)
         if threading.current_thread() is threading.main_thread():
@@ -278,7 +287,7 @@ class Watchdog:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Stop the thread."""
+        """Stop the watching thread."""
         if self._before is not None:
             signal.set_wakeup_fd(self._before)
         self._over.set()

@@ -1,4 +1,4 @@
-"""The jobs left in a campaign, and the share of this run, planned by rank 0."""
+"""The jobs that one run of a campaign has to compute, planned by rank 0."""
 
 from __future__ import annotations
 
@@ -31,18 +31,20 @@ CRASHES = 2  # a case is isolated after this number of processes died computing 
 
 @dataclass(frozen=True)
 class Work:
-    """Work of one run of a campaign; the same on every rank.
+    """What one run of a campaign has to compute; the same on every rank.
 
     Attributes
     ----------
-    jobs, cases : number of jobs left, as known at the start, and of cases with such
-        jobs
-    kinds : for each kernel that the cases left may need, one case that uses it
-    suspects : cases to isolate, since they were being computed when two processes died
+    jobs : number of jobs left, as known at the start
+    cases : number of cases with such jobs
+    kinds : for each kernel that the cases left may need, the number of one case that
+        uses it
+    suspects : numbers of cases to isolate, since they were being computed when two
+        processes died
     mine : numbers of all cases of this run's shard
     run : number of the run
     extended : end times to which undecided cases are extended, s
-    plan : identity of the plan to which case numbers refer
+    plan : identity of the plan to which case numbers refer; "" for a refined campaign
     """
 
     jobs: int
@@ -58,9 +60,15 @@ class Work:
 def work_of(
     design: Design, directory: Directory, policy: Policy, comm: Communicator
 ) -> tuple[Work, WorkQueue]:
-    """Return the work of all ranks, and the queue of rank 0, empty on other ranks.
+    """Return what this run has to compute, on every rank, and rank 0's queue of it.
 
+    The queue is empty on other ranks.
+
+    Parameters
+    ----------
+    design, directory : the campaign's cases and its directory
     policy : options of this run
+    comm : communicator of all ranks, each of which must call
     """
     work, queue = None, WorkQueue([], Costs.unknown())
     if comm.rank == 0:
@@ -71,9 +79,15 @@ def work_of(
 def _planned(
     design: Design, directory: Directory, policy: Policy, ranks: int
 ) -> tuple[Work, WorkQueue]:
-    """Return the work left in a campaign's directory, and its queue.
+    """Return what this run has to compute and its queue, from the campaign's directory.
 
-    policy, ranks : options of this run; number of ranks that share the work
+    Saved states and notes of cases that have ended are removed.
+
+    Parameters
+    ----------
+    design, directory : the campaign's cases and its directory
+    policy : options of this run
+    ranks : number of ranks that share the work
     """
     extended = directory.plan.read().extended
     plan = replace(design.manifest(), extended=extended)
@@ -106,9 +120,14 @@ def _planned(
 
 
 def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Costs:
-    """Return the costs of a planner's cases, learned from finished cases.
+    """Return predicted computing times of all cases, improved by those of ended cases.
 
-    costs, ended : costs of the coarse cases; completed jobs with their times
+    Parameters
+    ----------
+    design : the campaign's cases
+    costs : predictions for the cases of the design, without refined ones
+    ended : completed jobs with their computing times
+    planner : knows all cases, refined ones included
     """
     costs.learn_all(ended.seconds)
     if not design.grows:
@@ -123,11 +142,14 @@ def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Co
 
 
 def is_again(journals: Journals, retry: Collection[str], record: Record) -> bool:
-    """Return whether the case of a record must be computed again.
+    """Return whether the case of a record must be computed again in this run.
 
+    Parameters
+    ----------
     journals : journals of the campaign, by which traces are checked
     retry : statuses to compute again; cases with damaged traces, or for which the
         user's function returned no numbers, are computed again, too
+    record : the stored record of the case
     """
     status = str(record["status"])
     damaged = status == "ok" and not journals.is_whole(record)
@@ -135,7 +157,7 @@ def is_again(journals: Journals, retry: Collection[str], record: Record) -> bool
 
 
 def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
-    """Return, for each kernel that the jobs left need, one case that needs it."""
+    """Return the number of one case for each kernel that the jobs left need."""
     rows = np.unique(jobs.row)
     coarse = rows[rows < planner.kind.first]
     beyond: dict[tuple[int, int], int] = {}
@@ -146,7 +168,15 @@ def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
 
 
 def _tidy(states: States, ended: Mapping[str, Completion]) -> None:
-    """Remove saved states of ended cases, except timeouts and undecided cases."""
+    """Remove saved states of ended cases, except timeouts and undecided cases.
+
+    Runs that were killed leave such states.
+
+    Parameters
+    ----------
+    states : files of the saved states
+    ended : {digest of a computation: how it ended}
+    """
     for name in states.names() & ended.keys():  # left by a killed process
         if ended[name].status != "timeout" and not ended[name].is_open:
             states.drop(name)
@@ -167,7 +197,7 @@ def _suspects(
     Parameters
     ----------
     died : {digest: number of processes that died while computing the case}
-    design, planner : the campaign's design and planner
+    design, planner : the campaign's cases and its planner
     jobs : jobs that are left
     extended : end times of the extensions, s
     """
@@ -192,7 +222,7 @@ def _suspects(
 def share(
     costs: Sequence[float] | NDArray[np.float64], shard: Shard | None
 ) -> Sequence[int]:
-    """Return the numbers of a shard's cases, or of all cases if `shard` is None.
+    """Return the numbers of the cases that a shard computes; of all without a shard.
 
     Cases are assigned in order of decreasing cost, each to the shard with the least
     load so far, so that loads differ by at most one case. The result depends only on
@@ -202,7 +232,7 @@ def share(
     Parameters
     ----------
     costs : (n,), predicted cost of each of n cases, any unit
-    shard : shard whose cases are returned
+    shard : the shard; None: the campaign is not divided
     """
     if shard is None:
         return range(len(costs))

@@ -1,4 +1,7 @@
-"""The queue of units of work, the longest first, and the open requests of workers."""
+"""Rank 0's queue of units of work, and the requests of workers that it must answer.
+
+A unit is one job; the unit with the longest predicted time is handed out first.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +16,19 @@ from numpy.typing import NDArray
 from hpcwhirl.campaign.plan.cost import Costs
 from hpcwhirl.planner.planner import Completion, Job, JobCode, Jobs, Planner
 
-SORTED_ANEW = 20_000  # most units sorted again: 30 ms, in which rank 0 does not answer
-EVERY = 8  # units are sorted again after 1/EVERY of those left have finished
-SHORTEST = 0.05  # s, predicted time up to which units are added to an answer
-A_RANK = 1e-3  # s per rank: the larger of this and `SHORTEST` is used; 20 answers
+# largest number of units left at which the queue is sorted again when predictions
+# improve; it takes 30 ms, in which rank 0 does not answer
+SORTED_ANEW = 20_000
+EVERY = 8  # the queue is sorted again after 1/EVERY of the units left have finished
+# An answer to a worker gets units until their predicted time is `SHORTEST`, s, or
+# `A_RANK`, s, times the number of ranks (some 20 answers of rank 0), if that is more.
+SHORTEST = 0.05
+A_RANK = 1e-3
 MOST = 128  # largest number of units in an answer, so that MPI sends it eagerly
-# s per rank: predicted time up to which `FAIR` is ignored; two answers of rank 0
+# s per rank, predicted time (two answers of rank 0) that an answer to a worker has
+# even if it is more than its fair share, see `FAIR`
 LEAST_A_RANK = 1e-4
-FASTEST = 1e-4  # s, least predicted time of a unit
+FASTEST = 1e-4  # s, predicted time that every unit has at least
 FAIR = 4  # an answer has at most 1/FAIR of an even share of the units left
 GOLDEN = 0.6180339887498949
 LAST = 0  # priority of units that are handed out after all others
@@ -31,9 +39,10 @@ FOLLOWING = 2  # priority of refined cases, from which others may follow
 
 
 def scattered(count: int) -> NDArray[np.int64]:
-    """Return 0 .. count - 1 in an order whose every part is spread evenly over them.
+    """Return 0 .. count - 1 in an order in which the first few already span the range.
 
-    Successive numbers differ, modulo count, by about 0.618 count, coprime to count.
+    Every part of the order is spread evenly over the numbers: successive ones differ,
+    modulo count, by about 0.618 count, coprime to count.
     """
     step = max(round(GOLDEN * count), 1)
     while math.gcd(step, count) > 1:
@@ -42,7 +51,7 @@ def scattered(count: int) -> NDArray[np.int64]:
 
 
 class Order(NamedTuple):
-    """Order in which units are handed out.
+    """Order in which units of work are handed out.
 
     Attributes
     ----------
@@ -59,14 +68,15 @@ LONGEST_FIRST = Order()
 
 
 class WorkQueue:
-    """The units of a campaign, handed out by predicted time, the longest first.
+    """The units of work of a campaign, handed out by predicted time, the longest first.
 
-    Units with equal prediction are scattered, so that early ones represent all.
+    Units with equal prediction are handed out in scattered order, so that those
+    computed first represent all.
 
     Parameters
     ----------
-    rows : (units,), row in `costs` of each unit's case
-    costs : predicted costs of the cases; updated with every finished unit
+    rows : (units,), index in `costs` of each unit's case
+    costs : predicted computing times of the cases; improved with every finished unit
     ranks : number of ranks that share the work
     order : order in which units are handed out
     """
@@ -95,9 +105,9 @@ class WorkQueue:
         self.add(own, turn, costs.predict(own))
 
     def expected(self, rows: Cases) -> NDArray[np.float64]:
-        """Return the expected time, s, (m,), of one more unit for each of m cases.
+        """Return the predicted time of one more unit of each of m cases, (m,), s.
 
-        rows : (m,), rows of the cases in `costs`
+        rows : (m,), indices of the cases in `costs`
         """
         grown = self.took / self.told if self.told > 0.0 else 1.0
         factor = self.costs.factor[rows]
@@ -107,13 +117,13 @@ class WorkQueue:
     def add(
         self, rows: Cases, turn: NDArray[np.int8], predicted: NDArray[np.float64]
     ) -> None:
-        """Add m units to the front of the queue, or to its end if the order is even.
+        """Add m units of work, to be handed out next; if the order is even, last.
 
         Parameters
         ----------
-        rows : (m,), row in `costs` of each unit's case
+        rows : (m,), index in `costs` of each unit's case
         turn : (m,), priority of each unit; higher ones go out first
-        predicted : (m,), time of each unit, s
+        predicted : (m,), predicted time of each unit, s
         """
         first, count = len(self.rows), len(rows)
         if not count:
@@ -132,18 +142,18 @@ class WorkQueue:
             self.queue.extend(added)
 
     def __len__(self) -> int:
-        """Return the number of units not handed out."""
+        """Return the number of units that have not been handed out."""
         return len(self.queue)
 
     def take(self) -> int:
-        """Return the number of the next unit, for rank 0 itself to compute."""
+        """Return the number of the next unit, removed from the queue, for rank 0."""
         return self.queue.pop()
 
     def bundle(self, most_units: int = MOST) -> list[int]:
-        """Return the next units for one answer to a worker; empty at the end.
+        """Remove the next units for one answer to a worker; return their numbers.
 
         An answer has one unit, or as many short units as keep the worker busy while
-        rank 0 answers all other workers.
+        rank 0 answers all other workers; none if the queue is empty.
 
         Parameters
         ----------
@@ -162,7 +172,7 @@ class WorkQueue:
         return out
 
     def first(self) -> list[list[int]]:
-        """Return the first units of each rank, at most an even share of all.
+        """Return the numbers of the first units of each rank, at most an even share.
 
         Rank 0 gets none, since it takes units one by one.
         """
@@ -171,23 +181,29 @@ class WorkQueue:
 
     @property
     def may_grow(self) -> bool:
-        """Whether running units may add further units."""
+        """Whether units that are being computed may add further units to the queue."""
         return False
 
     def task(self, unit: int) -> int:
-        """Return the number of the task that a rank is sent for a unit."""
+        """Return the number that is sent to a rank so that it computes a unit.
+
+        In this class it is the unit's own number.
+        """
         return unit
 
     def hear(self, unit: int, end: Any) -> None:
-        """Do nothing: units of this queue do not depend on how others end."""
+        """Do nothing: in this class no units follow from how others have ended."""
 
     def drop(self) -> None:
-        """Hand out no more units, not even those that are added later."""
+        """Empty the queue: no unit is handed out any more, nor any added later."""
         self.dropped = True
         del self.queue[:]
 
     def finished(self, unit: int, seconds: float) -> None:
-        """Record the time of a finished unit, s; sort the queue again now and then."""
+        """Record that a unit has ended, after `seconds`; sort the queue now and then.
+
+        Predicted times are improved by the actual time, which may change the order.
+        """
         self.unfinished[unit] = False
         self.told += self.predicted[unit]
         self.took += seconds
@@ -212,7 +228,10 @@ class WorkQueue:
         return float(np.frombuffer(self.predicted)[still].sum()) * missed
 
     def _ordered(self, chosen: np.ndarray) -> bytes:
-        """Return `chosen` units sorted, 8 bytes each; the last goes out first."""
+        """Return units of work in reverse order of handing out, as int64 bytes.
+
+        chosen : numbers of units
+        """
         order = scattered(len(chosen))
         turn, seconds = np.frombuffer(self.turn, np.int8), np.frombuffer(self.predicted)
         keys = (turn,) if self.even else (seconds, turn)
@@ -223,11 +242,12 @@ class WorkQueue:
 
 
 class Questions:
-    """Open requests of the workers; sends no message and reads no clock.
+    """Requests of the workers for units of work, and which of them to answer when.
 
-    A worker asks in advance and is answered at once. Only the last units, one for each
-    rank, are reserved for workers without work; otherwise a unit could wait behind the
-    long case of a busy rank while other ranks idle.
+    It only decides: it sends no message and reads no clock. A worker asks in advance
+    and is answered at once. Only the last units, one for each rank, are reserved for
+    workers without work; otherwise a unit could wait behind the long case of a busy
+    rank while other ranks idle.
 
     Parameters
     ----------
@@ -241,21 +261,29 @@ class Questions:
         self.idle: dict[int, None] = {}  # those ranks of `open` that have no work
 
     def ask(self, rank: int) -> Answers:
-        """Return the answers that are due once `rank` has asked in advance."""
+        """Record that a rank asks for units in advance; return the answers to send now.
+
+        An answer is (rank, numbers of its next units).
+        """
         self.open[rank] = None
         return self._answer(rank) if len(self.queue) > self.ranks else self.rest()
 
     def hungry(self, rank: int) -> Answers:
-        """Return the answers that are due once `rank` has run out of work.
+        """Record that a rank has run out of units; return the answers to send now.
 
-        This rank gets none if its request has been answered already.
+        An answer is (rank, numbers of its next units). This rank gets none if its
+        request has been answered already.
         """
         if rank in self.open:
             self.idle[rank] = None
         return self.rest()
 
     def rest(self) -> Answers:
-        """Return answers to idle ranks; empty ones to all once no unit is left."""
+        """Return the answers to send now to ranks without work.
+
+        An answer is (rank, numbers of its next units). Once no unit is left, all open
+        requests are answered by an empty list.
+        """
         due: Answers = []
         while self.queue and self.idle:
             due += self._answer(next(iter(self.idle)))
@@ -271,14 +299,16 @@ class Questions:
 
 
 class JobQueue(WorkQueue):
-    """A work queue of jobs; those that follow from a completion are handed out next.
+    """A work queue whose units are jobs; an ended job may add the jobs that follow.
+
+    Those are handed out next.
 
     Parameters
     ----------
-    planner : takes completions and returns the jobs that follow
+    planner : is told how jobs end and returns the jobs that follow
     jobs : jobs that are left
     code : numbering of the jobs, by which they are sent to ranks
-    costs : predicted costs of the planner's rows
+    costs : predicted computing times of the planner's cases
     ranks : number of ranks that share the work
     order : order in which jobs are handed out; its `last` holds case numbers
     """
@@ -300,22 +330,28 @@ class JobQueue(WorkQueue):
 
     @property
     def may_grow(self) -> bool:
-        """Whether running jobs may lead to further jobs."""
+        """Whether jobs that are being computed may lead to further jobs."""
         return self.left > 0 and not self.dropped and not self.planner.is_plain
 
     def job(self, unit: int) -> Job:
-        """Return the job (case, twin, stage) of a unit."""
+        """Return the job of a unit: case, twin and stage."""
         case = self.planner.number(self.rows[unit])
         return Job(case, self.twin[unit], self.stage[unit])
 
     def task(self, unit: int) -> int:
-        """Return the number, by `JobCode`, that is sent to a rank for a unit."""
+        """Return the number, by `JobCode`, that a rank is sent to compute a job.
+
+        unit : number of the job in the queue
+        """
         return self.code.encode(self.job(unit))
 
     def hear(self, unit: int, end: Completion) -> None:
         """Record how the job of a unit has ended, and add the jobs that follow.
 
-        end : how it has ended
+        Parameters
+        ----------
+        unit : number of the unit
+        end : how its job has ended
         """
         following = self.planner.complete(self.job(unit), end)
         if not following:

@@ -1,6 +1,6 @@
-"""Isolated cases: computed in another interpreter, so that a crash ends only the case.
+"""Compute isolated cases in another process, so that a crash ends only the case.
 
-The child is a new process, never a fork of a process that has initialized MPI. It
+The child is a new interpreter, never a fork of a process that has initialized MPI. It
 computes one case after the other: requests and answers are pickled objects, sent over a
 pair of sockets that nothing else uses. The child ends when its end of the pair is
 closed, and so with its parent.
@@ -47,7 +47,7 @@ STOP = "stop"  # message, sent in place of a request, that asks the child to sto
 
 
 class Child:
-    """The subprocess in which a rank runs isolated cases; started when needed.
+    """The separate process in which a rank runs isolated cases; started when needed.
 
     Parameters
     ----------
@@ -61,10 +61,13 @@ class Child:
         self._pipe: Any = None
 
     def warm(self, scenes: list[Scene], between: Callable[[], None]) -> None:
-        """Let the child compile the kernels of some scenes.
+        """Let the separate process compile the kernels of some scenes.
 
         An error of a scene is reported only when its case is computed.
 
+        Parameters
+        ----------
+        scenes : inputs of the cases
         between : called while waiting; may raise Stop
         """
         for scene in scenes:
@@ -80,9 +83,9 @@ class Child:
         *,
         keep: bool = False,
     ) -> Result:
-        """Return the result of a case, computed by `compute` in the child.
+        """Compute a case in the separate process and return its result.
 
-        The arguments are those of the function `compute`.
+        The arguments are those of the function `compute.compute`.
 
         Raises
         ------
@@ -96,7 +99,7 @@ class Child:
         raise answer
 
     def close(self) -> None:
-        """End the child."""
+        """End the separate process, if it was started."""
         if self._process is None:
             return
         self._pipe.close()
@@ -118,20 +121,28 @@ class Child:
         return self._process
 
     def _reap(self) -> int:
-        """Close the socket to the child, wait for its end, and return its exit code."""
+        """Close the socket, wait until the child process ends; return its exit code."""
         process, self._process = self._process, None
         self._pipe.close()
         return process.wait() if process else 0
 
     def _send(self, told: Any) -> None:
-        """Send a request to the child; if it has died, reading its answer fails."""
+        """Send a request to the child process; nothing is raised if it has died.
+
+        Reading its answer will fail then.
+        """
         with suppress(OSError):
             self._pipe.send(told)
 
     def _ask(self, asked: Any, limit: float, between: Callable[[], None]) -> Any:
-        """Return the child's answer: a result, or the exception to raise.
+        """Send the child process a request; return its answer.
 
-        asked, limit : request to the child; limit of the computing time of its case, s
+        The answer is a result, or the exception to raise.
+
+        Parameters
+        ----------
+        asked : the request
+        limit : limit of the computing time of its case, s
         between : called while waiting; may raise Stop
         """
         process = self._process or self._begin()
@@ -155,11 +166,13 @@ class Child:
             if time.monotonic() > end:
                 process.kill()
                 self._reap()
-                late = LateError(f"more than {limit:g} s, and the case did not answer")
+                late = LateError(
+                    f"more than {limit:g} s of computing; the case's process hangs"
+                )
                 raise stop or late
 
     def _received(self, process: subprocess.Popen[bytes]) -> Any:
-        """Return an answer that has begun to arrive; kill a child that stalls."""
+        """Return an answer that has begun to arrive; kill a child that hangs."""
         timer = threading.Timer(GRACE, process.kill)
         timer.start()
         try:
@@ -169,7 +182,10 @@ class Child:
 
 
 class Server:
-    """The child's side of a `Child`: integrates cases until the parent ends."""
+    """Computes cases in the separate process and sends the results to its `Child`.
+
+    pipe : connection to the parent process
+    """
 
     def __init__(self, pipe: Any) -> None:
         self._pipe = pipe
@@ -177,13 +193,13 @@ class Server:
         self.checkpoints = Checkpoints(states, every, say)
 
     def serve(self) -> None:
-        """Answer the parent's requests one after the other."""
+        """Compute what the parent process requests, one request after the other."""
         while True:
             scene, *how = self._next()
             self._send(self._computed(scene, *how) if how else _warmed(scene))
 
     def _next(self) -> Any:
-        """Return the next request; late stop requests are skipped."""
+        """Return the parent's next request, skipping stop requests that come late."""
         while (asked := self._pipe.recv()) == STOP:
             pass
         return asked
@@ -192,7 +208,7 @@ class Server:
         self._pipe.send(told)
 
     def _between(self) -> None:
-        """Raise Stop if the parent requests it; exit if the parent has ended."""
+        """Raise Stop if the parent process requests it; exit if that has ended."""
         if self._pipe.poll():
             try:
                 self._pipe.recv()
@@ -207,9 +223,9 @@ class Server:
         limit: float,
         keep: bool,  # noqa: FBT001
     ) -> Result | Exception:
-        """Return the result of a case, or the exception for the parent to raise.
+        """Compute a case; return its result, or the exception for the parent to raise.
 
-        digest, limit, keep : see `compute`
+        scene, digest, limit, keep : arguments of `compute.compute`, without model
         """
         try:
             return compute(
@@ -225,14 +241,17 @@ class Server:
 
 
 def _warmed(scene: Scene) -> str:
-    """Compile the kernels of a scene; return the text that answers this request."""
+    """Compile the kernels of a scene; return "warm", the answer to such a request."""
     with suppress(Exception):  # this case will fail
         March(resolve(scene)).warm()
     return "warm"
 
 
 def main() -> None:
-    """Serve requests from a socket; the argument of this process is its descriptor."""
+    """Answer the parent's requests until it ends: main program of the child process.
+
+    The argument of this process is the descriptor of its socket.
+    """
     for name in SIGNALS:  # only the parent requests a stop
         signal.signal(name, signal.SIG_IGN)
     faulthandler.enable()

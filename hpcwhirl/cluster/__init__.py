@@ -1,1 +1,1 @@
-"""Clusters: job scripts of `hpcwhirl job`, and what `hpcwhirl doctor` finds there."""
+"""Clusters: job scripts (`hpcwhirl job`), checks of a cluster (`hpcwhirl doctor`)."""

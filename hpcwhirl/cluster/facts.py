@@ -1,6 +1,7 @@
-"""Facts that each rank collects: machine, MPI, libraries, caches and directory.
+"""What `hpcwhirl doctor` finds out on each rank: machine, MPI, libraries, directory.
 
-A campaign's directory is probed from all ranks: sharing, locks, exclusive files.
+A campaign's directory is probed from all ranks: whether they see each other's files,
+and whether locks and exclusive creation of files work.
 """
 
 from __future__ import annotations
@@ -44,17 +45,17 @@ LIMIT = 60  # s, longest time that a probing process may take
 
 
 def mpi_facts() -> Facts:
-    """Initialize MPI here; return its version text and the libmpi files loaded."""
+    """Initialize MPI in this process; return its version and the libraries loaded."""
     name = library()
     hdf5_facts()  # loads h5py after MPI, as a campaign does; it may add another libmpi
     return {"mpi": name, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
 
 
 def ranks_of(launched: int) -> tuple[Communicator, Facts]:
-    """Return the communicator that `doctor` uses, and the facts of `mpi_facts`.
+    """Return the communicator for `doctor`, and facts on MPI, without risking an abort.
 
-    The communicator is MPI's world if the launcher matches mpi4py's library, else the
-    communicator of a single process.
+    The communicator is MPI's world if the launcher matches mpi4py's library, else that
+    of a single process.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def ranks_of(launched: int) -> tuple[Communicator, Facts]:
 
 
 def probed_mpi() -> Facts:
-    """Return `mpi_facts` of a child process, so that an abort of MPI ends only that."""
+    """Return `mpi_facts` of a child process, which alone ends if MPI aborts."""
     none: Facts = {"mpi": "", "mpi_libraries": []}
     try:
         done = _asked([sys.executable, "-c", PROBE])
@@ -91,7 +92,7 @@ def _asked(words: list[str]) -> subprocess.CompletedProcess[str]:
 
 
 def launcher_facts() -> Facts:
-    """Return path and version text of the mpirun on PATH, both "" without an mpirun."""
+    """Return path and version of the mpirun on PATH; both are "" if there is none."""
     path = shutil.which("mpirun") or shutil.which("mpiexec")
     if path is None:
         return {"mpirun": "", "mpirun_version": ""}
@@ -104,14 +105,17 @@ def launcher_facts() -> Facts:
 
 
 def vector_bits(flags: str) -> int:
-    """Return a core's vector width in bits from its /proc/cpuinfo flags; 0: unknown."""
+    """Return how wide the vectors of a core are, bits, from its flags; 0: unknown.
+
+    flags : flags of the core in /proc/cpuinfo
+    """
     words = set(flags.split())
     widths = {"avx512f": 512, "avx2": 256, "avx": 256, "sse2": 128, "asimd": 128}
     return max((bits for flag, bits in widths.items() if flag in words), default=0)
 
 
 def machine_facts() -> Facts:
-    """Return host, usable cores, CPU, vector width, thread settings and versions."""
+    """Return facts on this machine: host, cores, CPU, vectors, threads, versions."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -145,7 +149,7 @@ def _version(name: str) -> str:
 
 
 def rank_facts() -> Facts:
-    """Return the facts that a rank collects without communicating with other ranks."""
+    """Return the facts that a rank finds out without communicating with others."""
     return {
         "launched": launched_ranks(),
         **machine_facts(),
@@ -155,7 +159,9 @@ def rank_facts() -> Facts:
 
 
 def filesystem(path: Path, mounts: str) -> str:
-    """Return the type of a path's file system, such as ``nfs4``; empty if unknown.
+    """Return the type of the file system that has a path, such as ``nfs4``.
+
+    "" if it is unknown.
 
     Parameters
     ----------
@@ -175,17 +181,23 @@ def filesystem(path: Path, mounts: str) -> str:
 
 
 def place_facts(folder: Path, comm: Communicator = ALONE) -> Facts:
-    """Probe a directory from this rank; collective over `comm`.
+    """Find out whether a campaign's directory works from all ranks.
 
-    Rank 0 removes the probe files, whose names are unique.
+    All ranks of `comm` must call this. Rank 0 removes the probe files, whose names are
+    unique.
+
+    Parameters
+    ----------
+    folder : the directory
+    comm : communicator of all ranks
 
     Returns
     -------
     dict with the keys
         writable : whether this rank may write in the directory
         seen : whether this rank sees a file that rank 0 has created
-        locks : ``held`` if rank 0's lock keeps this rank out, else ``not held``, or
-            the system's error
+        locks : ``held`` if rank 0's lock keeps this rank out, else ``not held``, or the
+            system's error
         exclusive : whether this rank created the file that only one rank can create
         free : free space, bytes; None: unknown
         filesystem : type of the file system; empty: unknown
@@ -225,10 +237,12 @@ def _usage(folder: Path) -> Facts:
 
 
 def _held(path: Path) -> tuple[Any, str]:
-    """Create a file and lock it as HDF5 does; return (open file, outcome).
+    """Create a file and lock it as HDF5 does, to probe locks of a file system.
 
-    The outcome is ``held``, or the system's error as text; the file is None if it
-    cannot be created.
+    Returns
+    -------
+    the open file, None if it cannot be created; and ``held``, or the system's error as
+    text
     """
     try:
         file = path.open("w", encoding="utf-8")
@@ -243,6 +257,8 @@ def _held(path: Path) -> tuple[Any, str]:
 
 def _tried(path: Path, state: str) -> str:
     """Try to lock the file that rank 0 has locked; return ``held`` if that is refused.
+
+    That is the right outcome; ``not held`` means that locks do not work.
 
     Parameters
     ----------

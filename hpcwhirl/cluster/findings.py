@@ -1,4 +1,7 @@
-"""Findings of `hpcwhirl doctor`, with remedies, from the facts of all ranks."""
+"""Judge what `hpcwhirl doctor` has found on all ranks, and name remedies.
+
+Each check takes facts and yields findings.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ HDF5 = (
 
 @dataclass(frozen=True)
 class Finding:
-    """Result of one check.
+    """Result of one check of `hpcwhirl doctor`.
 
     Attributes
     ----------
@@ -42,12 +45,12 @@ class Finding:
 
 
 def findings(ranks: Sequence[Facts], size: int) -> list[Finding]:
-    """Return the results of all checks.
+    """Return the results of all checks of `hpcwhirl doctor`.
 
     Parameters
     ----------
     ranks : facts of each rank, rank 0 first
-    size : number of ranks in MPI's world
+    size : number of ranks that MPI sees
     """
     made: list[Iterator[Finding]] = [
         mpi(ranks[0]), launcher(ranks[0], size), same(ranks), hdf5(ranks[0]),
@@ -57,7 +60,7 @@ def findings(ranks: Sequence[Facts], size: int) -> list[Finding]:
 
 
 def mpi(facts: Facts) -> Iterator[Finding]:
-    """Check that MPI starts, and that the mpirun on PATH belongs to mpi4py's MPI.
+    """Check that MPI starts, and that mpirun and mpi4py belong to the same MPI.
 
     facts : facts of rank 0
     """
@@ -81,9 +84,12 @@ def mpi(facts: Facts) -> Iterator[Finding]:
 
 
 def launcher(facts: Facts, size: int) -> Iterator[Finding]:
-    """Check that MPI sees as many ranks as the launcher started.
+    """Check that MPI sees as many ranks as the launcher has started.
 
-    facts, size : facts of rank 0; number of ranks in MPI's world
+    Parameters
+    ----------
+    facts : facts of rank 0
+    size : number of ranks that MPI sees
     """
     launched = facts["launched"]
     if launched == size:
@@ -95,7 +101,10 @@ def launcher(facts: Facts, size: int) -> Iterator[Finding]:
 
 
 def same(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that all ranks have the same versions of Python and packages."""
+    """Check that all ranks have the same versions of Python and packages.
+
+    ranks : facts of each rank
+    """
     kinds = Counter(str(facts["versions"]) for facts in ranks)
     shown = " ".join(f"{n} {v}" for n, v in ranks[0]["versions"].items())
     if len(kinds) == 1:
@@ -108,7 +117,10 @@ def same(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def hdf5(facts: Facts) -> Iterator[Finding]:
-    """Check whether HDF5 is parallel and, if so, was built for mpi4py's MPI."""
+    """Check that a parallel HDF5, if there is one, was built for mpi4py's MPI.
+
+    facts : facts of rank 0
+    """
     got = f"h5py {facts['h5py']}, HDF5 {facts['hdf5']}"
     if not facts["mpi_io"]:
         text = f"{got}, serial: rank 0 alone gathers the results, which are the same"
@@ -121,7 +133,10 @@ def hdf5(facts: Facts) -> Iterator[Finding]:
 
 
 def cores(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that each host has a core for each of its ranks; report vector widths."""
+    """Check that each host has a core for each of its ranks; report vector widths.
+
+    ranks : facts of each rank
+    """
     hosts: dict[str, list[Facts]] = {}
     for facts in ranks:
         hosts.setdefault(facts["host"], []).append(facts)
@@ -139,7 +154,10 @@ def cores(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def threads(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that no environment variable asks for more than one thread per rank."""
+    """Check that no environment variable asks for more than one thread per rank.
+
+    ranks : facts of each rank
+    """
     many = {
         f"{name}={value} on {facts['host']}"
         for facts in ranks
@@ -154,7 +172,10 @@ def threads(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def cache(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that all ranks can write numba's cache; report its compiled functions."""
+    """Check that all ranks can write the folder in which numba keeps compiled code.
+
+    ranks : facts of each rank
+    """
     closed = [facts for facts in ranks if not facts["cache_writable"]]
     if closed:
         got = f"{closed[0]['cache']} cannot be written on {closed[0]['host']}"
@@ -168,7 +189,7 @@ def cache(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check the campaign directory: writable, shared, exclusive files, locks, space.
+    """Check the campaign's directory: writable, shared, exclusive files, locks, space.
 
     ranks : facts of each rank
     """
@@ -196,7 +217,9 @@ def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def locks(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that file locks work, which HDF5 uses unless the environment forbids it.
+    """Check that file locks work in the campaign's directory, which HDF5 uses.
+
+    HDF5 does not use them if the environment says so.
 
     ranks : facts of each rank
     """
@@ -214,7 +237,10 @@ def locks(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def room(facts: Facts) -> Iterator[Finding]:
-    """Check the free space of the directory's file system."""
+    """Check that the file system of the campaign's directory has free space.
+
+    facts : facts of rank 0
+    """
     free = facts["free"]
     if free is None:
         return

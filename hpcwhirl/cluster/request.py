@@ -1,4 +1,4 @@
-"""Job scripts: their options, checked, and their text, from a template.
+"""Job scripts for `hpcwhirl job`: check the options, and fill the template.
 
 No value of an option can inject shell or directives.
 """
@@ -34,7 +34,7 @@ PRINTED = "# Printed by: "  # beginning of a line of every job script
 
 @dataclass(frozen=True)
 class Request:
-    """Options of the job script that runs a campaign.
+    """The options of `hpcwhirl job`: what the script that runs a campaign must have.
 
     Attributes
     ----------
@@ -46,8 +46,8 @@ class Request:
     name : name of the job
     partition, account : queue and project; empty: the site's default
     mem, qos : memory per node, quality of service (Slurm); empty: the site's default
-    constraint : features that nodes must all have (Slurm); a feature may be
-        an expression with & and |
+    constraint : features that nodes must all have (Slurm); a feature may be an
+        expression with & and |
     array : number of elements of an array job, one shard each; 0: no array
     shard : ``I/N``, the single shard that this job computes; empty: all cases
     launcher : program that starts the ranks; empty: the scheduler's default
@@ -84,7 +84,7 @@ class Request:
     script: str = ""
 
     def __post_init__(self) -> None:
-        """Check all options.
+        """Check all options of the job script.
 
         Raises
         ------
@@ -107,7 +107,7 @@ class Request:
         self._check_together()
 
     def _check_slurm(self) -> None:
-        """Check the options of Slurm, and that other schedulers have none of them."""
+        """Raise InputError for Slurm's options, if wrong or for another scheduler."""
         for name, (pattern, what) in SLURM.items():
             given = getattr(self, name)
             for value in (given,) if isinstance(given, str) else given:
@@ -137,7 +137,10 @@ class Request:
             raise InputError(msg)
 
     def _check_together(self) -> None:
-        """Refuse options that contradict each other or that the scheduler lacks."""
+        """Raise InputError for options that exclude each other.
+
+        The same is done for options that the scheduler does not have.
+        """
         allowed = SCHEDULERS[self.scheduler].launchers
         if self.launcher and self.launcher not in allowed:
             msg = f"--launcher of {self.scheduler} must be {' or '.join(allowed)}"
@@ -160,12 +163,12 @@ class Request:
 
     @property
     def starts_with(self) -> str:
-        """Name of the program that starts the ranks."""
+        """Name of the program that starts the ranks, such as mpirun."""
         return self.launcher or SCHEDULERS[self.scheduler].launchers[0]
 
     @property
     def seconds(self) -> int:
-        """Time limit, s."""
+        """Time limit of the job, s."""
         match = TIME.fullmatch(self.time)
         if match is None:
             raise InputError(f"--time must be [D-]HH:MM:SS, got {self.time!r}")
@@ -178,11 +181,11 @@ class Request:
 
     @property
     def per_node(self) -> int:
-        """Ranks per node, on the last node perhaps fewer; 0 if `nodes` is 0."""
+        """Number of ranks per node, on the last node perhaps fewer; 0: not set."""
         return -(-self.ntasks // self.nodes) if self.nodes else 0
 
     def command(self) -> str:
-        """Return the `hpcwhirl job` command line that prints this script again."""
+        """Return the command line `hpcwhirl job ...` that prints this script again."""
         words = ["hpcwhirl", "job", self.scheduler, self.file]
         for field in fields(self):
             value = getattr(self, field.name)
@@ -215,7 +218,7 @@ class _Script(Template):
 
 
 def job_script(request: Request) -> str:
-    """Return the text of the job script that a request asks for."""
+    """Return the text of the job script for given options."""
     scheduler = SCHEDULERS[request.scheduler]
     quote = shlex.quote
     warned, ended = scheduler.traps

@@ -1,4 +1,6 @@
-"""Differences between schedulers: directives, array index, signals, requeueing.
+"""What differs between schedulers in a job script, as one entry for each of them.
+
+The differences are directives, array index, signals and requeueing.
 
 Sources: man pages sbatch, srun and scontrol of Slurm 22.05; qsub(1B) and qrerun(1B) of
 OpenPBS; IBM's reference of bsub (-wa, -wt, -Q); sge_submit(1) and queue_conf(5) of Son
@@ -23,7 +25,7 @@ Lines = list[str]
 
 @dataclass(frozen=True)
 class Scheduler:
-    """Interface of one scheduler, for `job_script`.
+    """What a job script needs to know of one scheduler, such as Slurm.
 
     Attributes
     ----------
@@ -53,7 +55,10 @@ class Scheduler:
 
 
 def clock(seconds: int) -> str:
-    """Format a duration in s as HH:MM:SS; hours may exceed 24."""
+    """Return a duration as text HH:MM:SS for a scheduler; hours may exceed 24.
+
+    seconds : the duration, s
+    """
     minutes, rest = divmod(seconds, 60)
     return f"{minutes // 60:02d}:{minutes % 60:02d}:{rest:02d}"
 
@@ -100,11 +105,14 @@ def _slurm_launch(request: Request) -> str:
 
 
 def _unless_used_up(used: str, *lines: str) -> Lines:
-    """Return shell lines that run `lines` if the job may be requeued once more.
+    """Return shell lines that requeue a job, if it may be requeued once more.
 
     Otherwise they say that the requeues are used up.
 
+    Parameters
+    ----------
     used : shell expression for the number of requeues so far
+    lines : shell lines that requeue the job
     """
     return [
         f'if [ "{used}" -lt "$most_requeues" ]; then',
@@ -200,6 +208,8 @@ def _sge(request: Request) -> Lines:
 
 def _counted(job: str, code: int) -> Callable[[Request], Lines]:
     """Return `Scheduler.again` for a scheduler that requeues a job by its exit code.
+
+    Such a scheduler does not tell a job how often it was requeued, so a file counts.
 
     Parameters
     ----------

@@ -1,14 +1,14 @@
-"""The planner: the jobs left in a campaign, from the completions so far.
+"""The planner: which jobs of a campaign are left, given the jobs that have ended.
 
-A `Job` is one computation of a case or of one of its twins, as planned or at a later
-stage of an extension. `Planner` returns the jobs left after some completions, and the
-jobs that follow from each further completion; it reads no file and knows no rank. The
-set of jobs does not depend on the order of completions, and a job that has ended is
-never returned again. The run, `status`, `--dry-run` and gathering all use the planner.
+A `Job` is one computation of a case or of one of its twins, to its planned end time or
+to a later one of an extension. `Planner` returns the jobs left after some have ended,
+and the jobs that follow from each further one that ends; it reads no file and knows no
+rank. The set of jobs does not depend on the order in which they end, and a job that has
+ended is never returned again. The run, `status`, `--dry-run` and gathering all use it.
 
 Parts of a planner:
 
-- a kind (`kinds`), which gives the cases, and those that have twins, from completions:
+- a kind of design (`kinds`), which says which cases there are, and which have twins:
   `Grid`, all cases known beforehand (grids, zips, lists, samples);
   `Chains`, branches, each case of which follows another one; `Refined`, cases that
   follow from words; `Folds`, branches with further cases where the word changes.

@@ -1,4 +1,7 @@
-"""Kinds of designs: which cases and twins are to be computed after a case has ended."""
+"""Kinds of campaigns: which cases and twins must be computed after a case has ended.
+
+Each class is a kind of design (grid, branches, refined), which the planner asks.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ Settings = Sequence[Mapping[str, Any]]
 
 
 class Grid:
-    """Design whose cases are all known beforehand: grid, zip, list, sample.
+    """Campaign whose cases are all known beforehand: grid, zip, list or random sample.
 
     Parameters
     ----------
@@ -49,8 +52,11 @@ class Grid:
         self._given = np.zeros(len(self._words), dtype=bool)  # cases with a result
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the cases and twins to be computed because `case` has ended.
+        """Return the twins that must be computed because `case` has ended.
 
+        Parameters
+        ----------
+        case : number of the case
         end : how it has ended
         """
         if not len(self._words):
@@ -64,7 +70,7 @@ class Grid:
         )
 
     def twinned(self, words: Sequence[str] | NDArray[Any]) -> NDArray[np.bool_]:
-        """Return which cases have twins, (cases,).
+        """Return for each case whether it has twins, (cases,).
 
         words : regime of each case; "": it has none
         """
@@ -81,7 +87,7 @@ class Grid:
 
 
 class Chains:
-    """Design of branches: each case begins with the last state of the case before it.
+    """Campaign of branches: each case begins with the last state of the case before it.
 
     Parameters
     ----------
@@ -99,15 +105,22 @@ class Chains:
             self._next.setdefault(before[case], []).append(case)
 
     def after(self, case: int, end: Completion) -> Followers:  # noqa: ARG002
-        """Return the cases that begin with the last state of `case`, even if it failed.
+        """Return the cases to compute that begin with the last state of `case`.
 
+        They are computed even if `case` failed: then they begin anew.
+
+        Parameters
+        ----------
+        case : number of the case that has ended
         end : how it has ended, which has no influence
         """
         return Followers(self._next.get(case, ()))
 
 
 def cases_before(settings: Settings) -> list[int]:
-    """Return, for each case, the number of the case before it on its branch; -1: none.
+    """Return, for each case of branches, the number of the case that it continues.
+
+    It is -1 for the first case of a branch.
 
     settings : {input: value} of each case, including its `history`
     """
@@ -128,7 +141,7 @@ def cases_before(settings: Settings) -> list[int]:
 
 
 class Refined:
-    """Design of a refined campaign: coarse cases, and those that their words require.
+    """Refined campaign: coarse cases (of [sweep]), and those that their words require.
 
     Parameters
     ----------
@@ -149,8 +162,11 @@ class Refined:
         self._twinned = 0  # number of the growth's twinned cases already returned
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the cases and twins to be computed because `case` has ended.
+        """Return the cases and twins that must be computed because `case` has ended.
 
+        Parameters
+        ----------
+        case : number of the case
         end : how it has ended
         """
         word = self.family.rule.word_of(end._asdict()) if end.is_ok else None
@@ -163,9 +179,10 @@ class Refined:
         return Followers(cases, with_twins + self._even())
 
     def _even(self) -> list[int]:
-        """Return the even cases drawn to have twins; [] until all cases have ended.
+        """Return cases away from boundaries, drawn at random to have twins.
 
-        A case is even if all cells around it have one word, see
+        They are asked for by `[twins] of = "even"`; none are returned until all cases
+        have ended. Such a case is even: all cells around it have one word, see
         `refinement.growth.Growth`.
         """
         if self.twins.get("of") != "even" or self.growth.left:
@@ -176,7 +193,9 @@ class Refined:
 
 
 class Folds(Refined):
-    """Design of branches; further cases follow where words of successive cases differ.
+    """Campaign of branches that is refined: where the word changes on a branch.
+
+    Such a change is a fold; it is bisected by further cases.
 
     Parameters
     ----------
@@ -195,21 +214,24 @@ class Folds(Refined):
     def after(self, case: int, end: Completion) -> Followers:
         """Return the next case of the branch, and cases that bisect towards a fold.
 
-        case, end : the case that has ended, and how
+        Parameters
+        ----------
+        case : number of the case that has ended
+        end : how it has ended
         """
         following = self.chains.after(case, end).cases
         return Followers([*following, *super().after(case, end).cases])
 
 
 def sampled(named: Iterable[tuple[int, str]], count: int, seed: int) -> list[int]:
-    """Return a uniform random sample of cases, ascending.
+    """Return the numbers of some cases, drawn at random for twins, ascending.
 
     The sample depends on digests and seed only. If cases are added later, earlier cases
     stay in the sample unless new ones displace them.
 
     Parameters
     ----------
-    named : (case, its digest) of all cases
+    named : (number of a case, its digest) of all cases
     count : largest size of the sample
     seed : seed of the sample
     """
@@ -234,7 +256,7 @@ def along(settings: Settings, swept: Sequence[str]) -> list[str]:
 def at_boundary(
     settings: Settings, swept: Sequence[str], words: Sequence[str] | NDArray[Any]
 ) -> NDArray[np.bool_]:
-    """Return which cases have a neighbour with another regime, (cases,).
+    """Return for each case whether a neighbour has another regime, (cases,).
 
     Neighbours differ in only one numeric input, and their values of it are adjacent
     among the cases that agree in all other inputs. Cases without a regime are skipped.
@@ -243,7 +265,7 @@ def at_boundary(
     ----------
     settings : {swept input: value} of each case
     swept : names of the swept inputs
-    words : regime of each case; "": it has none
+    words : (cases,), regime of each case; "": it has none
     """
     table = Table.of(settings)
     found = np.zeros(len(table), dtype=bool)

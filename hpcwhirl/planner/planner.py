@@ -1,4 +1,8 @@
-"""Jobs, the computations of a campaign, and the planner: the jobs that are left."""
+"""`Planner`, which returns the jobs of a campaign that are left, and its data types.
+
+A job is one computation of a case or of one of its twins. A stage is one of its end
+times: 0 the planned one, from 1 those of an extension.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +23,14 @@ Cases = NDArray[np.int64]
 
 
 class Job(NamedTuple):
-    """One computation of a campaign.
+    """One computation of a campaign: a case or one of its twins, to one end time.
 
     Attributes
     ----------
     case : number of the case, which for a refined campaign includes its fidelity, see
         `refinement.rule.Family.number`
     twin : number of the twin, from 1; 0 for the case itself
-    stage : 0: run to the planned duration; n: to the n-th end time of an extension
+    stage : 0: run to the planned end time; n: to the n-th end time of an extension
     """
 
     case: int
@@ -35,7 +39,7 @@ class Job(NamedTuple):
 
 
 class Completion(NamedTuple):
-    """How a job has ended: its status, and the words and features of its result.
+    """How a job has ended: its status, and words and features of its motion.
 
     Attributes
     ----------
@@ -54,18 +58,21 @@ class Completion(NamedTuple):
 
     @property
     def is_ok(self) -> bool:
-        """Whether the job gave a result."""
+        """Whether the job has given a result."""
         return self.status == OK
 
     @property
     def word(self) -> str:
-        """The regime, by which neighbouring cases are compared; "" if there is none."""
+        """The regime, by which the planner compares cases; "" if there is none."""
         word = word_of(self.status, self.outcome, self.regime)
         return word if word in REGIMES else ""
 
 
 def completion_of(record: Mapping[str, Any]) -> Completion:
-    """Return how a job has ended, from its record in a journal."""
+    """Return how a job has ended, from its record in a journal.
+
+    record : the record, as `campaign.evaluate` writes it
+    """
     row = record.get("row") or {}
     status = str(record["status"])
     outcome, regime, whirl = (
@@ -78,7 +85,7 @@ def completion_of(record: Mapping[str, Any]) -> Completion:
 
 
 class JobCode(NamedTuple):
-    """Numbering of jobs: a rank is sent a whole number instead of a `Job`.
+    """Numbering of jobs: rank 0 sends another rank a whole number instead of a `Job`.
 
     Attributes
     ----------
@@ -90,11 +97,11 @@ class JobCode(NamedTuple):
     twins: int
 
     def encode(self, job: Job) -> int:
-        """Return the number by which a job is sent to a rank."""
+        """Return the number by which rank 0 sends a job to another rank."""
         return (job.stage * (1 + self.twins) + job.twin) * self.cases + job.case
 
     def decode(self, number: int) -> Job:
-        """Return the job that has a number, the inverse of `encode`."""
+        """Return the job that rank 0 has sent as a number by `encode`."""
         rest, case = divmod(number, self.cases)
         stage, twin = divmod(rest, 1 + self.twins)
         return Job(case, twin, stage)
@@ -104,25 +111,31 @@ Find = Callable[[Job], Completion | None]  # returns None for a job that has not
 
 
 def nothing(_job: Job) -> None:
-    """Return None: no job has ended yet, the default `find` of `Planner`."""
+    """Return None: no job has ended yet; the default argument `find` of `Planner`."""
 
 
 class Stages(NamedTuple):
-    """The stages of an extended campaign: runs of undecided cases to later end times.
+    """The later end times of an extended campaign, to which undecided cases are run.
 
     Attributes
     ----------
-    last : number of the last stage; each end time has a stage
-    passed : (cases,), number of end times within the planned duration of each case
+    last : number of later end times; stage n is the run to the n-th
+    passed : (cases,), how many of these end times are within the planned duration of
+        each case; None: none is, for any case
     """
 
     last: int = 0
     passed: NDArray[np.int8] | None = None
 
     def after(self, case: int, stage: int) -> int | None:
-        """Return the stage that follows stage `stage` of a case; None after the last.
+        """Return the number of the stage that follows a stage of a case.
 
-        It is called for a case whose regime is still open.
+        None after the last stage. It is called for a case whose regime is still open.
+
+        Parameters
+        ----------
+        case : row of the case in the planner
+        stage : number of the stage that has ended
         """
         skipped = int(self.passed[case]) if self.passed is not None else 0
         following = max(stage, skipped) + 1
@@ -130,13 +143,13 @@ class Stages(NamedTuple):
 
 
 class Jobs(NamedTuple):
-    """Several jobs as columns: three arrays with one entry for each job, (jobs,).
+    """Several jobs as three arrays with one entry for each job, (jobs,).
 
     Attributes
     ----------
-    row : number of the row of the planner that holds the job's case, see
-        `Planner.cases`
-    twin, stage : see `Job`
+    row : number of the job's case in the order in which the planner has got to know
+        cases, see `Planner.cases`
+    twin, stage : as in `Job`
     """
 
     row: Cases
@@ -145,7 +158,7 @@ class Jobs(NamedTuple):
 
 
 class Followers(NamedTuple):
-    """Cases and twins that follow after a case has ended.
+    """Cases and twins that must be computed because a case has ended.
 
     Attributes
     ----------
@@ -158,7 +171,9 @@ class Followers(NamedTuple):
 
 
 class Kind(Protocol):
-    """A kind of design: which cases there are, and which follow from ended ones.
+    """A kind of campaign: which cases there are, and which follow from ended ones.
+
+    The classes of `planner.kinds` have these attributes.
 
     Attributes
     ----------
@@ -172,29 +187,32 @@ class Kind(Protocol):
     grows: bool
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the cases and twins to be computed because a case has ended.
+        """Return the cases and twins that must be computed because a case has ended.
 
         Parameters
         ----------
-        case : a case that has ended; each is passed at most once
-        end : completion of its last stage with a result, or its failure
+        case : number of a case that has ended; each is passed at most once
+        end : how its last stage with a result has ended, or its failure
         """
 
 
 class Planner:
-    """The jobs left in a campaign.
+    """The jobs left in a campaign, and those that follow from each job that ends.
+
+    A case gets a row, the next number, when the planner gets to know it; arrays (rows,)
+    have one entry for each case known so far.
 
     Parameters
     ----------
-    kind : kind of the design
+    kind : kind of the campaign
     twins : number of twins of a case that has twins
-    stages : stages of an extended campaign
-    find : function that returns the completion of a job that has already ended; such
-        jobs are not returned, only those that follow from them
+    stages : later end times of an extended campaign
+    find : function that returns how a job has ended, None if it has not; jobs that have
+        ended are not returned, only those that follow from them
 
     Attributes
     ----------
-    ends : {row of a case: completion of its last stage with a result}; empty for a
+    ends : {row of a case: how its last stage with a result has ended}; empty for a
         campaign with one job for each case, see `is_plain`
     """
 
@@ -222,24 +240,24 @@ class Planner:
 
     @property
     def cases(self) -> Sequence[int]:
-        """The case numbers, one for each row; a case gets its row when it is added."""
+        """The numbers of the cases known so far, in the order of their rows."""
         first = range(self.kind.first)
         return [*first, *self._more] if self._more else first
 
     def __len__(self) -> int:
-        """Return the number of cases known so far, which is the number of rows."""
+        """Return the number of cases that the planner knows so far: of rows."""
         return self.kind.first + len(self._more)
 
     def row(self, case: int) -> int:
-        """Return the row (position among the known cases) of a case by its number."""
+        """Return the row of a case (its position among the known cases) by number."""
         return case if case < self.kind.first else self._row[case]
 
     def number(self, row: int) -> int:
-        """Return the case number of a row."""
+        """Return the number of the case in a row (position among the known cases)."""
         return row if row < self.kind.first else self._more[row - self.kind.first]
 
     def left(self) -> Jobs:
-        """Return the jobs that are left, sorted by row of the case and by twin."""
+        """Return the jobs left to be computed, by row of the case and by twin."""
         state = self._states
         row, twin = np.nonzero(state >= 0)
         return Jobs(row, twin, state[row, twin].astype(np.int64))
@@ -252,10 +270,7 @@ class Planner:
 
     @property
     def open(self) -> NDArray[np.bool_]:
-        """Whether each case, or one of its twins, has a job left, (rows,).
-
-        There is a row for each case known so far, as in all arrays (rows,).
-        """
+        """Whether each known case, or one of its twins, has a job left, (rows,)."""
         state = self._states
         return np.asarray((state >= 0).any(axis=1) | (state[:, 0] == UNWANTED))
 
@@ -266,19 +281,24 @@ class Planner:
 
     @property
     def failed_alone(self) -> NDArray[np.bool_]:
-        """Whether each known case failed in its last stage, (rows,), twins apart."""
+        """Whether each known case, twins apart, failed in its last stage, (rows,)."""
         return np.asarray(self._states[:, 0] == FAILED)
 
     @property
     def twinned(self) -> NDArray[np.bool_]:
-        """Whether each known case has twins by what has ended so far, (rows,)."""
+        """Whether each known case has twins, by what has ended so far, (rows,)."""
         return np.asarray((self._states[:, 1:] != UNWANTED).any(axis=1))
 
     def complete(self, job: Job, end: Completion) -> list[Job]:
-        """Record how a job ended; return the jobs to compute because of it.
+        """Record how a job has ended; return the jobs to compute because of it.
 
-        If one of these has already ended, its completion is recorded, too, and the jobs
-        that follow from it are returned instead.
+        If one of these has already ended, this is recorded, too, and the jobs that
+        follow from it are returned instead.
+
+        Parameters
+        ----------
+        job : the job
+        end : how it has ended
         """
         left, todo = list[Job](), [(job, end)]
         while todo:
@@ -291,7 +311,9 @@ class Planner:
         return left
 
     def complete_plain(self, ended: NDArray[np.bool_], ok: NDArray[np.bool_]) -> None:
-        """Record all completions of a campaign with one job per case (`is_plain`).
+        """Record how all jobs of a campaign with one job per case have ended, at once.
+
+        It may be called only if `is_plain`.
 
         ended, ok : (cases,), whether a case has ended, and whether it gave a result
         """
@@ -301,11 +323,11 @@ class Planner:
 
     @property
     def _states(self) -> NDArray[np.int8]:
-        """State of the jobs of each case and its twins, (rows, 1 + twins), writable.
+        """State of each case and of its twins, (rows, 1 + twins), writable.
 
-        Column 0 is the case; an entry >= 0 is the stage to be computed, others are
-        constants of this module. The array is a view: no row may be added while it
-        exists.
+        Column 0 is the case; an entry >= 0 is the stage to be computed next, others are
+        `UNWANTED`, `FAILED` and `DONE`. The array is a view: no row may be added while
+        it exists.
         """
         return np.frombuffer(self._state, np.int8).reshape(len(self), 1 + self.twins)
 
@@ -320,10 +342,13 @@ class Planner:
                 self.complete(job, end)
 
     def _followers(self, job: Job, end: Completion) -> list[Job]:
-        """Record how a job has ended; return the jobs that follow from it.
+        """Record how a job has ended; return all jobs that follow from it.
 
         Those that have already ended are returned, too.
 
+        Parameters
+        ----------
+        job : the job
         end : how it has ended
         """
         row = self.row(job.case)

@@ -1,7 +1,8 @@
-"""Refinement: the further cases that a campaign needs, decided by words of cases only.
+"""Refinement: which further cases a map needs where the words of cases differ.
 
-Refinement does not depend on files, ranks or time. It has a lattice of bisected inputs,
-trees of cells over the lattice, and rules that only ever add cases, so that words may
-arrive in any order (`tree`). Which cases a budget excludes follows from words, too
-(`growth`).
+The further cases follow from the words of cases that have ended, never from files,
+ranks or time. The inputs are bisected on a lattice (`lattice`); a cell of the lattice
+is split where the words at its corners differ (`tree`). The rules only ever add cases,
+so that words may arrive in any order. Which cases a budget excludes follows from words,
+too (`growth`).
 """

@@ -1,4 +1,4 @@
-"""Boundaries: points and lines at which the words of neighbouring cases change."""
+"""Points and lines of a refined map at which the words of neighbouring cases change."""
 
 from __future__ import annotations
 
@@ -20,16 +20,21 @@ STATES = ("even", "mixed", "speckle")  # states of a cell
 
 @dataclass(frozen=True)
 class Cells:
-    """The m cells of a refined campaign that are not split.
+    """The m cells of a refined map that are not split, as arrays.
+
+    A cell is an interval, rectangle or box of the d refined inputs, with a case at each
+    corner.
 
     Attributes
     ----------
     corner : (m, 2^d), rows of the cases at the corners, the last of d inputs varying
-        fastest
-    panel, level : (m,), number of the panel, see `rule.Family`; level of bisection
+        fastest; `NONE` where there is no case
+    panel : (m,), number of the panel (combination of the inputs not refined)
+    level : (m,), number of bisections by which the cell has been made
     state : (m,), index in `STATES`: all corners have one word, several words, or the
         cell lies in speckle
-    confirmed : (m,), 1 if all corners have a word by the second fidelity, else 0
+    confirmed : (m,), 1 if the cases at all corners have a word by the repetition with
+        the preset `confirm`, else 0
     """
 
     corner: Ints
@@ -41,14 +46,15 @@ class Cells:
 
 @dataclass(frozen=True)
 class Cases:
-    """The n cases of a refined campaign as columns: d refined inputs, and words.
+    """The n cases of a refined map, as arrays: d refined inputs, and words.
 
     Attributes
     ----------
     inputs : (d, n), values of the refined inputs
     scales : "linear" or "log" for each input
     word : (n,), words by which cells were split; "": the case has none
-    fidelity : (n,), 0 or 1, fidelity of that word
+    fidelity : (n,), 0 or 1: the word is that of the first computation, or of the
+        repetition with the preset `confirm`
     """
 
     inputs: Floats
@@ -59,7 +65,7 @@ class Cases:
 
 @dataclass(frozen=True)
 class Boundaries:
-    """Points of boundaries and, if two inputs are refined, the lines through them.
+    """Points of a map's boundaries and, if two inputs are refined, lines through them.
 
     A point is the middle, on the input's scale, of an edge of a cell, between two cases
     with different words at `low` and `high` of one input; the word changes somewhere
@@ -89,9 +95,12 @@ class Boundaries:
 
 
 def boundaries_of(cells: Cells, cases: Cases) -> Boundaries:
-    """Return the points and lines at which words change in mixed cells.
+    """Return the points and lines of a map at which the words of cases change.
 
-    cells, cases : cells that are not split; cases at their corners
+    Parameters
+    ----------
+    cells : cells that are not split; only those with several words have such points
+    cases : cases at their corners
     """
     points, known = list[Point](), dict[tuple[int, int], int]()
     lines = list[tuple[int, int]]()
@@ -123,7 +132,7 @@ def boundaries_of(cells: Cells, cases: Cases) -> Boundaries:
 
 
 def edges(count: int, corner: Ints) -> list[tuple[int, tuple[int, int]]]:
-    """Return the edges of a cell with a case at both ends.
+    """Return the edges of a cell, each between two cases that differ in one input.
 
     Parameters
     ----------
@@ -147,9 +156,14 @@ def edges(count: int, corner: Ints) -> list[tuple[int, tuple[int, int]]]:
 
 
 def differ(cases: Cases, a: int, b: int) -> bool:
-    """Return whether the cases in rows `a` and `b` have different words.
+    """Return whether two cases have different words, so that a boundary lies between.
 
     False if one of them has no word, or if their fidelities differ.
+
+    Parameters
+    ----------
+    cases : all cases
+    a, b : rows of the two
     """
     both = {cases.word[a], cases.word[b]}
     alike = bool(cases.fidelity[a] == cases.fidelity[b])
@@ -157,9 +171,12 @@ def differ(cases: Cases, a: int, b: int) -> bool:
 
 
 def _middle(points: Sequence[Floats], scales: Sequence[str]) -> Floats:
-    """Return the mean of some points, (d,), each input on its own scale.
+    """Return the mean of some points of the map, (d,), each input on its own scale.
 
-    points, scales : (d,) of each point; "linear" or "log" of each of the d inputs
+    Parameters
+    ----------
+    points : (d,) of each point, values of the refined inputs
+    scales : "linear" or "log" of each of the d inputs
     """
     log = [scale == "log" for scale in scales]
     at = np.array(points)
@@ -172,11 +189,17 @@ def _middle(points: Sequence[Floats], scales: Sequence[str]) -> Floats:
 def _crossing(
     cases: Cases, along: int, pair: tuple[int, int]
 ) -> tuple[Floats, int, float, float, int, int]:
-    """Return the middle of a cell's edge, as a point of a boundary.
+    """Return the middle of an edge of a cell, at which a boundary crosses it.
 
-    The result has `at`, `along`, `low`, `high`, `before` and `behind` of `Boundaries`.
+    Parameters
+    ----------
+    cases : all cases
+    along : index of the input along the edge
+    pair : rows of the cases at its ends
 
-    along, pair : index of the input along the edge; rows of the cases at its ends
+    Returns
+    -------
+    `at`, `along`, `low`, `high`, `before` and `behind` of one point, see `Boundaries`
     """
     a, b = pair
     low, high = cases.inputs[along, [a, b]].tolist()

@@ -1,4 +1,4 @@
-"""The cases that a refined campaign needs, given the words known so far."""
+"""Which cases a refined campaign needs, given the words of cases that have ended."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from hpcwhirl.refinement.words import Word
 
 
 class Address(NamedTuple):
-    """Identity of a refined campaign's case; results list refined cases in this order.
+    """Identity of a case of a refined campaign; sorted, it is the order of the results.
 
     Attributes
     ----------
-    fidelity : 0: first computation; 1: confirmation with another preset
-    level : level of bisection at which its point appears
+    fidelity : 0: first computation; 1: confirmation, the repetition with another preset
+    level : number of bisections after which its point appears; 0: a coarse case
     panel : number of the combination of the other inputs, which are not refined
-    point : place along each refined input, see `lattice`
+    point : integer position along each refined input, see `lattice`
     """
 
     fidelity: int
@@ -38,12 +38,15 @@ class Growth:
 
     Parameters
     ----------
-    lattice : places of the refined inputs, the same in each panel
-    panels : number of panels; or, if panels are branches, the coarse cells of each one
+    lattice : possible values of the refined inputs, the same in each panel
+    panels : number of panels (combinations of the inputs not refined); or, if panels
+        are branches, the coarse cells of each one
     levels : levels after which mixed cells are speckle, see `Tree`
-    confirm : whether there is a second fidelity
-    budget : largest sum of the cases' costs, without twins, then the cost of one case
-        at fidelity 0 and at 1, all in cases or in core hours; empty for no limit
+    confirm : whether cases at boundaries are repeated with another preset (second
+        fidelity)
+    budget : largest sum of the cases' costs, without twins, then the cost of a first
+        computation (fidelity 0) and of a repetition (fidelity 1), all in cases or in
+        core hours; empty for no limit
     twins : which cases have twins, see `Tree`
 
     Attributes
@@ -96,9 +99,12 @@ class Growth:
         return new
 
     def learn(self, address: Address, word: Word | None) -> list[Address]:
-        """Record the word of an ended case; return the cases wanted because of it.
+        """Record the word of an ended case; return the further cases that it requires.
 
-        address, word : the case, and its word; None: it has none
+        Parameters
+        ----------
+        address : the case
+        word : its word; None: it has none
         """
         self.trees[address.panel].learn(address.fidelity, address.point, word)
         fresh = self._take(address.panel)
@@ -114,7 +120,10 @@ class Growth:
         return self._admit(allowed)
 
     def _affordable(self, new: list[Address]) -> list[Address]:
-        """Return the cases of `new` that the budget allows; [] if it allows none."""
+        """Return the first of the cases `new`, as many as the budget still allows.
+
+        None of them once the budget has excluded a case.
+        """
         if self.dropped:
             return []
         spent, allowed = self._spent, []
@@ -128,9 +137,9 @@ class Growth:
     def feed(
         self, found: Callable[[Address], Word | None], ask: Iterable[Address]
     ) -> list[Address]:
-        """Record the words of ended cases; return the wanted cases that have not ended.
+        """Record the words of many ended cases; return the wanted cases still left.
 
-        Cases that become wanted by these words are treated in the same way.
+        Cases that become wanted by these words are looked up, too.
 
         Parameters
         ----------
@@ -151,14 +160,15 @@ class Growth:
 
     @property
     def left(self) -> int:
-        """Number of wanted cases that have not ended."""
+        """Number of cases that the campaign needs and that have not ended."""
         return len(self._open)
 
     def even(self) -> list[Address]:
-        """Return the even cases: those whose adjacent unsplit cells all have one word.
+        """Return the cases away from boundaries: cells around them have one word only.
 
-        At each point (set of values of the refined inputs) the case of the second
-        fidelity is taken if it has a word, else that of the first.
+        Only cells that are not split count. At each point (set of values of the refined
+        inputs) the case of the second fidelity is taken if it has a word, else that of
+        the first.
         """
         level = self.lattice.level
         return [
@@ -168,5 +178,5 @@ class Growth:
         ]
 
     def ordered(self) -> list[Address]:
-        """Return the wanted cases except coarse ones, by address, as in results."""
+        """Return the refined cases needed, not coarse ones, in the order of results."""
         return sorted(a for a in self.wanted if a.fidelity or a.level)

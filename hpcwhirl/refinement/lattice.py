@@ -1,9 +1,10 @@
-"""The lattice of a refinement: coarse values whose intervals are bisected.
+"""The values that refined inputs may take: given values, whose intervals are bisected.
 
-A place along an input is an integer: coarse values are `1 << depth` apart, and each
-interval can be bisected up to its own depth. Values are exact decimals or, on a
-logarithmic scale, correctly rounded functions of decimals, cut to 12 digits. So values,
-and the digests of cases, are the same on every machine.
+Along an input a value is named by an integer, its place: the coarse values, which the
+user gives, are `1 << depth` apart, and each interval between them can be bisected up to
+its own depth. Values are exact decimals or, on a logarithmic scale, correctly rounded
+functions of decimals, cut to 12 digits. So values, and the digests of cases, are the
+same on every machine.
 """
 
 from __future__ import annotations
@@ -22,11 +23,14 @@ Cell = tuple[int, Point]  # (level, lower corner)
 
 @dataclass(frozen=True)
 class Side:
-    """One refined input: m coarse values, and how often each interval may be bisected.
+    """The values that one refined input may take; an integer, the place, names each.
+
+    The coarse values of the user are 2^depth places apart; bisections lead to the
+    values between them.
 
     Attributes
     ----------
-    name : dotted name
+    name : dotted name of the input
     values : (m,), coarse values, ascending, as the user wrote them
     depths : (m - 1,), largest number of bisections of each interval
     scale : "linear" or "log"
@@ -41,27 +45,30 @@ class Side:
 
     @cached_property
     def depth(self) -> int:
-        """Largest number of bisections of any interval."""
+        """Largest number of bisections of any interval of this input."""
         return max(self.depths)
 
     @property
     def last(self) -> int:
-        """Place (an integer, see `lattice`) of the last coarse value."""
+        """Place (integer that names a value) of the last coarse value of the input."""
         return len(self.depths) << self.depth
 
     def shift(self, level: int, unit: int) -> int:
-        """Return s, where 2^s is the size of a cell of some level along this input.
+        """Return s: along this input, a cell of a level is 2^s places wide.
 
-        level, unit : level of bisection; lower place of a smallest interval in the cell
+        Parameters
+        ----------
+        level : number of bisections that lead to the cell
+        unit : place at which a smallest interval inside the cell begins
         """
         return self.depth - min(level, self.depths[unit >> self.depth])
 
     def level(self, place: int) -> int:
-        """Return how many bisections lead to a place; 0 for a coarse value."""
+        """Return how many bisections lead to the value at a place; 0: coarse."""
         return max(self.depth - ((place & -place).bit_length() - 1), 0) if place else 0
 
     def value(self, place: int) -> float:
-        """Return the value of the input at a place, an integer (see `lattice`)."""
+        """Return the value of the input at a place (integer that names a value)."""
         number, rest = divmod(place, 1 << self.depth)
         if not rest:
             return self.values[number]
@@ -71,14 +78,14 @@ class Side:
         return int(exact) if self.whole else float(exact)
 
     def position(self, place: int) -> float:
-        """Return a place in units of coarse intervals from the first value.
+        """Return a place as a number of coarse intervals from the first value.
 
         The number, such as 3.25, is always exact.
         """
         return place / (1 << self.depth)
 
     def place(self, position: float) -> int:
-        """Return the place at a position, the inverse of `position`."""
+        """Return the place at a number of coarse intervals: `position` inverted."""
         return int(position * (1 << self.depth))
 
 
@@ -92,26 +99,30 @@ def _between(low: Decimal, high: Decimal, part: Decimal, scale: str) -> Decimal:
 
 @dataclass(frozen=True)
 class Lattice:
-    """The points of one to three refined inputs, and the cells between them.
+    """The points that one to three refined inputs may take, and the cells between them.
 
-    A cell is split by bisection along every input whose interval there allows a further
+    A point has a place (integer that names a value) along each input. A cell is given
+    by its level, the number of bisections that lead to it, and its lower corner. It is
+    split by bisection along every input whose interval there allows a further
     bisection; a cell that no input allows to split is "at its end".
+
+    sides : the values that each input may take
     """
 
     sides: tuple[Side, ...]
 
     @cached_property
     def depth(self) -> int:
-        """Number of levels of cells below the coarse one."""
+        """Largest number of bisections of any cell between coarse values."""
         return max(side.depth for side in self.sides)
 
     def level(self, point: Point) -> int:
-        """Return the level of bisection at which a point appears; 0: coarse."""
+        """Return the number of bisections after which a point appears; 0: coarse."""
         both = zip(self.sides, point, strict=True)
         return max(side.level(place) for side, place in both)
 
     def coarse(self) -> Iterator[Cell]:
-        """Yield the cells of level 0, between neighbouring coarse values."""
+        """Yield the cells of level 0, whose corners are neighbouring coarse values."""
         starts = (range(0, side.last, 1 << side.depth) for side in self.sides)
         for low in itertools.product(*starts):
             yield 0, low
@@ -124,14 +135,17 @@ class Lattice:
         )
 
     def corners(self, cell: Cell) -> tuple[Point, ...]:
-        """Return the corners of a cell as points; the last input varies fastest."""
+        """Return the points at the corners of a cell; the last input varies fastest."""
         ends = zip(cell[1], self.sizes(cell), strict=True)
         return tuple(itertools.product(*((x, x + size) for x, size in ends)))
 
     def at(self, level: int, unit: Point) -> Cell:
-        """Return the cell of a level that contains a given smallest cell, of size 1.
+        """Return the cell of a given level that contains a given cell of size 1.
 
-        level, unit : level of bisection; lower corner of the smallest cell
+        Parameters
+        ----------
+        level : number of bisections that lead to the cell
+        unit : lower corner of the cell of size 1, places along all inputs
         """
         low = []
         for side, x in zip(self.sides, unit, strict=True):
@@ -140,7 +154,7 @@ class Lattice:
         return level, tuple(low)
 
     def at_end(self, cell: Cell) -> bool:
-        """Return whether a cell cannot be split, as its intervals are the smallest."""
+        """Return whether a cell cannot be split: no input may be bisected in it."""
         level, low = cell
         return all(
             side.depths[x >> side.depth] <= level
@@ -148,7 +162,7 @@ class Lattice:
         )
 
     def children(self, cell: Cell) -> list[Cell]:
-        """Return the cells, one level finer, into which a cell is split."""
+        """Return the cells of the next level into which a cell is split."""
         level, low = cell
         starts = []
         for side, x in zip(self.sides, low, strict=True):
@@ -157,7 +171,7 @@ class Lattice:
         return [(level + 1, part) for part in itertools.product(*starts)]
 
     def parts(self, cell: Cell, levels: int) -> int:
-        """Return the number of cells into which `levels` bisections divide a cell."""
+        """Return the number of cells that a cell gives after `levels` bisections."""
         level, low = cell
         bits = 0
         for side, x in zip(self.sides, low, strict=True):
@@ -165,7 +179,7 @@ class Lattice:
         return 1 << bits
 
     def touching(self, level: int, point: Point) -> set[Cell]:
-        """Return the cells of a level that contain a point, also on their sides."""
+        """Return the cells of a level that contain a point, inside or on a side."""
         near = [
             [x for x in (place - 1, place) if 0 <= x < side.last]
             for side, place in zip(self.sides, point, strict=True)

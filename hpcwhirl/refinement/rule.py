@@ -1,12 +1,12 @@
-"""The rule of a refined campaign, as stored with its plan, and its possible cases.
+"""What a campaign refines (`Rule`), and all cases that it may then have (`Family`).
 
 Branches are bisected between successive cases whose words differ. On a branch, each
 coarse case begins with the last state of the coarse case before it. If the words of two
 successive cases differ, a fold lies between them. The case half way between them also
 begins with the last state of the first one; then the half in which the word changes is
 bisected, and so on. So the case in the middle of a cell continues the case at that end
-of the cell which the branch passes first, and the binary digits of a place give all
-cases before it: the history is a function of the place alone.
+of the cell which the branch passes first. The binary digits of the middle's place (see
+`lattice`) give all cases before it: the history is a function of the place alone.
 """
 
 from __future__ import annotations
@@ -30,19 +30,24 @@ HISTORY = "history"  # input of a case, see `scene.history`
 
 @dataclass(frozen=True)
 class Rule:
-    """The inputs that a campaign refines, how far, and by which words.
+    """What a campaign refines: which inputs, how far, and by which words.
+
+    The plan of the campaign stores it.
 
     Attributes
     ----------
     over : dotted names of the refined inputs
-    depths : for each input, bisections of each interval of its coarse values
+    depths : for each input, largest number of bisections of each interval between its
+        coarse values
     scale : for each input, "linear" or "log"
     words : kind of words that are compared, one of `words.COMPARED`
-    speckle : levels after which a mostly mixed cell is not split further; 0: never
+    speckle : number of levels after which a mostly mixed cell is not split further; 0:
+        never
     confirm : preset with which boundaries are computed again; "": they are not
     inputs : {dotted name: value} that `confirm` sets
-    budget : largest total cost, then the cost of a case at fidelity 0 and at 1, all in
-        cases or in core hours; empty for no limit
+    budget : largest total cost, cost of the first computation of a case (fidelity 0),
+        and of its repetition with `confirm` (fidelity 1), all in cases or in core
+        hours; empty for no limit
     """
 
     over: tuple[str, ...]
@@ -55,11 +60,11 @@ class Rule:
     budget: tuple[float, ...] = ()
 
     def plain(self) -> dict[str, Any]:
-        """Return the rule as data for JSON, as the plan stores it."""
+        """Return the rule as data for JSON, in which form the plan stores it."""
         return dict(json.loads(json.dumps(self.__dict__)))
 
     def word_of(self, end: Mapping[str, Any]) -> Word | None:
-        """Return the word by which an ended case is compared; None if it has none.
+        """Return the word of an ended case for refinement; None if it has none.
 
         A case that failed, or whose outcome is `unstable`, has no word.
 
@@ -69,7 +74,10 @@ class Rule:
 
 
 def rule_of(plain: Mapping[str, Any]) -> Rule:
-    """Return the rule from data by `Rule.plain`; raise StoreError if it is damaged."""
+    """Return the rule stored in a plan; raise StoreError if it is damaged.
+
+    plain : the rule as data, from `Rule.plain`
+    """
     try:
         fields = dict(plain)
         fields["depths"] = tuple(map(tuple, fields["depths"]))
@@ -81,10 +89,11 @@ def rule_of(plain: Mapping[str, Any]) -> Rule:
 
 
 class Family:
-    """All possible cases of a refined campaign: coarse ones and refinements.
+    """All cases that a refined campaign may have, coarse ones and refined ones.
 
-    A panel contains the cases that differ in refined inputs only. The number of a
-    coarse case is its row; the numbers of other cases follow from their addresses.
+    Coarse cases are those of [sweep]. A panel contains the cases that differ in refined
+    inputs only. The number of a coarse case is its row; the numbers of other cases
+    follow from their addresses.
 
     In a campaign with [branch] each panel is a branch, and the history of a case
     follows from its place: see `Branches`.
@@ -98,7 +107,7 @@ class Family:
 
     Attributes
     ----------
-    lattice : places of the refined inputs, the same in each panel
+    lattice : possible values of the refined inputs, the same in each panel
     panels : {input: value} that all cases of a panel have in common, for each panel
     coarse : addresses of the coarse cases
     """
@@ -137,7 +146,7 @@ class Family:
 
     @cached_property
     def row_of(self) -> dict[Address, int]:
-        """Return {address: row} of the coarse cases."""
+        """Return {address: number} of the coarse cases, those of [sweep]."""
         return {address: row for row, address in enumerate(self.coarse)}
 
     @property
@@ -145,7 +154,7 @@ class Family:
         return [side.last + 1 for side in self.lattice.sides]
 
     def number(self, address: Address) -> int:
-        """Return the number of a case by its fidelity, level, panel and point."""
+        """Return the number of a case, which identifies it in the campaign."""
         if address in self.row_of:
             return self.row_of[address]
         number = address.fidelity * len(self.panels) + address.panel
@@ -154,7 +163,7 @@ class Family:
         return len(self.rows) + number
 
     def address(self, number: int) -> Address:
-        """Return (fidelity, level, panel, point) of a case by its number."""
+        """Return the address (fidelity, level, panel, point) of a case by number."""
         if number < len(self.rows):
             return self.coarse[number]
         rest, point = number - len(self.rows), []
@@ -166,7 +175,7 @@ class Family:
         return Address(fidelity, self.lattice.level(at), panel, at)
 
     def settings(self, address: Address) -> Settings:
-        """Return {input: value} of a case, by its point, panel and fidelity."""
+        """Return {input: value} of all inputs that a case sets, by its address."""
         both = zip(self.lattice.sides, address.point, strict=True)
         refined = {side.name: side.value(place) for side, place in both}
         preset = self.rule.inputs if address.fidelity else {}
@@ -177,13 +186,13 @@ class Family:
 
     @property
     def span(self) -> int:
-        """Upper bound, exclusive, of the numbers by which cases are identified."""
+        """Upper bound, exclusive, of the numbers that identify cases."""
         fidelities = 2 if self.rule.confirm else 1
         return len(self.rows) + fidelities * len(self.panels) * prod(self._lengths)
 
     @property
     def most(self) -> int:
-        """Upper bound of the number of cases: all cells split, or the budget spent."""
+        """Largest number of cases possible: all cells split, or the budget spent."""
         points = 1
         for side in self.lattice.sides:
             points *= 1 + sum(1 << depth for depth in side.depths)
@@ -193,7 +202,9 @@ class Family:
         return count
 
     def growth(self, twins: str = "") -> Growth:
-        """Return the initial `Growth`, in which the coarse cases are wanted.
+        """Return the state of the refinement before any case has ended.
+
+        Only the coarse cases are wanted in it.
 
         twins : which cases have twins, see `Tree`; "": none
         """
@@ -215,8 +226,8 @@ def check_change(old: Mapping[str, Any], new: Mapping[str, Any], where: str) -> 
 
     Parameters
     ----------
-    old, new : former and new rule, see `Rule.plain`
-    where : text at the beginning of the message
+    old, new : former and new rule as data, see `Rule.plain`; empty: not refined
+    where : text at the beginning of the message, which names the campaign
     """
     if not old:
         return
@@ -240,12 +251,15 @@ def check_change(old: Mapping[str, Any], new: Mapping[str, Any], where: str) -> 
 
 
 class Branches:
-    """The cells of branches, and the input `history` of the case at each place.
+    """Branches of a refined campaign: their cells, and which cases a case continues.
+
+    A place is an integer that names a value of the input along the branches, see
+    `lattice`.
 
     Parameters
     ----------
-    lattice : lattice of the one input that varies along branches
-    places : places (see `lattice`) of the coarse cases of each branch, in their order
+    lattice : possible values of the one input that varies along branches
+    places : places of the coarse cases of each branch, in their order
 
     Attributes
     ----------
@@ -261,9 +275,12 @@ class Branches:
         ]
 
     def history(self, branch: int, place: int) -> str:
-        """Return the input `history` of a case: the values of the cases before it.
+        """Return the input `history` of a case: values of the cases that lead to it.
 
-        branch, place : number of the branch; place of the case, see `lattice`
+        Parameters
+        ----------
+        branch : number of the branch
+        place : place (integer that names a value) of the case
         """
         values = [self.side.value(before) for before in self.before(branch, place)]
         return history_of(self.side.name, values)
@@ -271,9 +288,12 @@ class Branches:
     def before(self, branch: int, place: int) -> list[int]:
         """Return the places of the cases whose motions lead to the case at a place.
 
-        They are in order, the first case of the branch first.
+        The first case of the branch comes first.
 
-        branch, place : number of the branch; place of the case, see `lattice`
+        Parameters
+        ----------
+        branch : number of the branch
+        place : place (integer that names a value) of the case
         """
         line = self.places[branch]
         sign = 1 if line[-1] > line[0] else -1

@@ -1,4 +1,4 @@
-"""The tree of cells of one panel, split where the words at their points differ."""
+"""Split the cells of a refined map where the words of cases at their points differ."""
 
 from __future__ import annotations
 
@@ -16,13 +16,16 @@ Wish = tuple[int, Point]  # fidelity and point of a wanted case
 
 @dataclass(slots=True)
 class Node:
-    """State of a cell of the tree.
+    """State of one cell of a refined map, see `Tree`.
+
+    The first fidelity is the first computation of a case, the second its repetition
+    with the preset `confirm`.
 
     Attributes
     ----------
-    corners : points at its corners
-    points : wanted points in its closed box, until it is split: corners, and corners of
-        smaller neighbours on its sides (hanging points)
+    corners : points at the cell's corners
+    points : points of the cell at which cases are wanted, until it is split: its
+        corners, and corners of smaller neighbours on its sides (hanging points)
     seen : words of the first fidelity at its points, and of the second
     at_corners : words of the first fidelity at its corners
     open : number of corners whose first-fidelity cases have not ended
@@ -46,12 +49,12 @@ class Node:
 
     @property
     def mixed(self) -> bool:
-        """Whether words of the same fidelity differ between points of the cell."""
+        """Whether words of the same fidelity differ between two points of the cell."""
         return any(map(apart, self.seen))
 
     @property
     def uneven(self) -> bool | None:
-        """Whether words of the first fidelity differ at the cell's corners.
+        """Whether words of the first fidelity differ at the corners of the cell.
 
         None: they agree so far, and cases at some corners have not ended.
         """
@@ -59,10 +62,13 @@ class Node:
 
 
 class Tree:
-    """The cells of one panel, and the cases at their points that must be computed.
+    """The cells of a refined map, for one panel, and the cases that they require.
 
-    A panel has the cases that differ in refined inputs only. Its cells and the wanted
-    cases are the smallest sets that satisfy these rules, which only ever add to them:
+    A panel has the cases that differ in refined inputs only. The first fidelity is the
+    first computation of a case, the second its repetition with the preset `confirm`. A
+    cell is mixed if words at its points differ, and at its end if it cannot be split
+    further. Cells and wanted cases are the smallest sets that satisfy these rules,
+    which only ever add to them:
 
     - A cell is split if two of its points (corners, and hanging points on its sides)
       have different words by the same fidelity.
@@ -86,7 +92,7 @@ class Tree:
 
     Parameters
     ----------
-    lattice : places of the refined inputs
+    lattice : values that the refined inputs may take
     levels : levels after which a cell with mostly mixed parts is speckle; 0: never
     confirm : whether there is a second fidelity
     twins : which cases have twins: "all", "boundary" or "speckle"; with "" or "even"
@@ -132,19 +138,29 @@ class Tree:
         self._settle()
 
     def take(self) -> list[Wish]:
-        """Return the (fidelity, point) of cases wanted since the last call."""
+        """Return the cases that the rules have required since the last call.
+
+        Each is (fidelity, point).
+        """
         fresh, self.fresh = self.fresh, []
         return fresh
 
     def take_twins(self) -> list[Wish]:
-        """Return the cases, (fidelity, point), of twins wanted since the last call."""
+        """Return the cases whose twins the rules have required since the last call.
+
+        Each is (fidelity, point).
+        """
         twinned, self.twinned = self.twinned, []
         return twinned
 
     def learn(self, fidelity: int, point: Point, word: Word | None) -> None:
-        """Record that the case at a point has ended, and its word; None: no word.
+        """Record that the case at a point has ended, and apply the rules to its word.
 
-        fidelity, point : 0 or 1, and the place along each refined input
+        Parameters
+        ----------
+        fidelity : 0: first computation, 1: confirmation
+        point : place along each refined input, see `lattice`
+        word : word of the case; None: it has none
         """
         words = self.words[fidelity]
         if point in words:
@@ -161,17 +177,20 @@ class Tree:
         self._settle()
 
     def is_speckle(self, cell: Cell) -> bool:
-        """Return whether a cell is known to lie in speckle."""
+        """Return whether a cell is known to lie in speckle, where splitting stops."""
         return self._allowed(cell) is False
 
     def word(self, point: Point) -> Word | None:
-        """Return the word at a point: that of the second fidelity, if it has one."""
+        """Return the word of the case at a point, of the second fidelity if it has one.
+
+        None if no case at the point has a word.
+        """
         return self.words[CONFIRM].get(point) or self.words[FIRST].get(point)
 
     def even(self) -> list[Wish]:
-        """Return the even cases, (fidelity, point), those away from boundaries.
+        """Return the cases away from boundaries, as (fidelity, point).
 
-        All unsplit cells around the point of such a case have one word.
+        All cells around such a case that are not split have one word.
         """
         even: set[Point] = set()
         other: set[Point] = set()
@@ -186,7 +205,7 @@ class Tree:
         return [(CONFIRM if second.get(p) else FIRST, p) for p in points]
 
     def _around(self, point: Point) -> list[Cell]:
-        """Return the existing cells that contain a point, inside or on their sides."""
+        """Return the existing cells of all levels that contain a point, or touch it."""
         levels = range(self.lattice.depth + 1)
         touching = (c for level in levels for c in self.lattice.touching(level, point))
         return [cell for cell in touching if cell in self.cells]
@@ -194,7 +213,11 @@ class Tree:
     def _note(self, cell: Cell, fidelity: int, point: Point, *, changed: bool) -> None:
         """Enter the word of an ended case into the state of a cell that has its point.
 
-        fidelity, point : fidelity and place of the case
+        Parameters
+        ----------
+        cell : the cell
+        fidelity : 0: first computation, 1: confirmation
+        point : place of the case along each refined input
         changed : whether the two fidelities have different words at the point
         """
         node, word = self.cells[cell], self.words[fidelity][point]
@@ -211,7 +234,7 @@ class Tree:
             self._revisit_waiting(cell)
 
     def _revisit_waiting(self, cell: Cell) -> None:
-        """Let the rules be applied again to cells that wait for words at this cell.
+        """Apply the rules again to finer cells that wait for the words at this cell.
 
         They wait to know whether a coarser cell around them lies in speckle.
         """
@@ -220,7 +243,7 @@ class Tree:
             self._todo += self._asking.pop(self.lattice.at(above, low), ())
 
     def _settle(self) -> None:
-        """Split cells and ask for cases and twins until no rule requires more."""
+        """Split cells and ask for cases and twins until the rules require no more."""
         while self._todo:
             self._visit(self._todo.pop())
 
@@ -242,7 +265,10 @@ class Tree:
             self._split(cell)
 
     def _follow(self, cell: Cell) -> None:
-        """Ask for twins at the corners of a mixed cell that is not split further."""
+        """Ask for twins at the corners of a mixed cell that is split no further.
+
+        Such a cell lies in speckle, or at a boundary of the finest level.
+        """
         allowed, fidelities = self._allowed(cell), [FIRST, CONFIRM]
         if allowed and self.twins == "boundary" and self.lattice.at_end(cell):
             fidelities = [CONFIRM if self.confirm else FIRST]
@@ -271,9 +297,12 @@ class Tree:
                     self._todo.append(above)
 
     def _make(self, cell: Cell, inherited: Iterable[Point]) -> None:
-        """Add a cell and ask for the cases at its corners.
+        """Add a cell to the tree, and ask for the cases at its corners.
 
-        inherited : wanted points of the cell of which it is a part
+        Parameters
+        ----------
+        cell : the cell
+        inherited : points of the cell of which it is a part, at which cases are wanted
         """
         corners = self.lattice.corners(cell)
         self._want(FIRST, corners)
@@ -308,7 +337,7 @@ class Tree:
                         node.points.append(point)
 
     def _allowed(self, cell: Cell) -> bool | None:
-        """Return whether a cell may be split or confirmed, as it lies outside speckle.
+        """Return whether a cell may be split or confirmed: it lies outside speckle.
 
         None: that depends on words not yet known.
         """
@@ -325,7 +354,7 @@ class Tree:
         return not self._speckled[above]
 
     def _is_speckle_below(self, cell: Cell) -> bool | None:
-        """Return whether most descendants of a cell, `levels` below, are mixed.
+        """Return whether most parts of a cell, after `levels` bisections, are mixed.
 
         None: that depends on words not yet known.
         """

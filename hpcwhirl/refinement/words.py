@@ -1,4 +1,4 @@
-"""The words of cases that refinement compares, and whether words differ.
+"""Which words of two cases refinement compares, and whether they differ.
 
 The regime and the whirl are words: two cases differ if theirs are not the same. The
 name of an attractor does not follow from a case alone: `hpcwhirl basins` numbers
@@ -33,12 +33,13 @@ TOLERANCES = {
 
 
 class Attractor(NamedTuple):
-    """The attractor on which a case has ended: its regime, and numbers of its motion.
+    """The attractor on which a case has ended, as a word that refinement compares.
 
     Attributes
     ----------
     regime : regime of the case
-    at : numbers that distinguish attractors of one regime, in units of `TOLERANCES`
+    at : numbers that distinguish attractors of one regime, in units of `TOLERANCES`,
+        see `features_of`
     """
 
     regime: str
@@ -49,11 +50,12 @@ Word = str | Attractor
 
 
 def features_of(row: Mapping[str, Any]) -> tuple[float, ...]:
-    """Return numbers that distinguish attractors of a regime, in units of `TOLERANCES`.
+    """Return numbers by which attractors of one regime are distinguished.
 
-    For a sustained motion: logarithm of radius / gap, whirl ratio and logarithm of
-    energy; for a divergent one: whirl ratio and logarithm of the growth rate; () for
-    another regime. If the centre does not move, radius and whirl ratio count as 0.
+    They are in units of `TOLERANCES`. For a sustained motion: logarithm of radius /
+    gap, whirl ratio and logarithm of energy; for a divergent one: whirl ratio and
+    logarithm of the growth rate; () for another regime. If the centre does not move,
+    radius and whirl ratio count as 0.
 
     row : {variable: value} of the regime and of `NUMBERS`
     """
@@ -74,7 +76,10 @@ def _log(value: Any) -> float:
 
 
 def apart(words: Collection[Word]) -> bool:
-    """Return whether any two words differ, attractors by more than `TOLERANCES`."""
+    """Return whether any two of some words differ.
+
+    Attractors differ if a number differs by more than its tolerance in `TOLERANCES`.
+    """
     if len(words) < 2:
         return False
     motions = [word for word in words if isinstance(word, Attractor)]
@@ -85,8 +90,10 @@ def apart(words: Collection[Word]) -> bool:
 
 
 def word_of(kind: str, row: Mapping[str, Any]) -> Word:
-    """Return the word of a case that is compared with others.
+    """Return the word of a case that refinement compares with its neighbours' words.
 
+    Parameters
+    ----------
     kind : kind of word, one of `COMPARED`
     row : {"regime": word, "whirl": word}, for attractors also "features", see
         `features_of`

@@ -1,4 +1,4 @@
-"""Files: journals and traces while a campaign runs, `results.h5` when it is done.
+"""Files of a campaign: journals and traces while it runs, `results.h5` when it is done.
 
 Its subpackages: `directory`, a campaign's directory while the campaign runs;
 `results`, writing of `results.h5`; `reading`, reading of results; `models`, files of

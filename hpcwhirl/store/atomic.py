@@ -1,7 +1,8 @@
-"""Atomic replacement of files, each written under a temporary name of its own.
+"""Replace files as a whole: write a temporary file, then rename it to its final name.
 
-A file system stores names separately from contents: after a crash of the machine, a
-synced file is certain to exist only if its directory has been synced, too.
+So a reader sees the old content or the new one, never a part of it. A file system
+stores names separately from contents: after a crash of the machine, a synced file is
+certain to exist only if its directory has been synced, too.
 """
 
 from __future__ import annotations
@@ -29,9 +30,9 @@ PART = re.compile(r".*\.[0-9a-f]{32}\.part|results\.h5\.part(-\d+)?", re.DOTALL)
 
 
 def part_of(path: Path) -> Path:
-    """Make an empty temporary file beside `path` and return its path.
+    """Make an empty temporary file in the folder of `path`, and return its path.
 
-    The name is new, so that no existing file or link is written to.
+    Its name is new, so that no existing file or link is written to.
     """
     stem = os.fsdecode(os.fsencode(path.name)[:LONGEST])
     part = path.with_name(f"{stem}.{uuid.uuid4().hex}.part")
@@ -46,11 +47,11 @@ def part_of(path: Path) -> Path:
 
 
 def anyone() -> None:
-    """Do nothing: the default `check` of `publish`; any process may publish."""
+    """Do nothing: the default `check` of `publish`, so that any process may publish."""
 
 
 def keep_names(folder: Path) -> None:
-    """Sync a directory, so that new or changed names in it survive a crash.
+    """Sync a directory to disk, so that changes of names in it survive a crash.
 
     Raises
     ------
@@ -68,7 +69,7 @@ def keep_names(folder: Path) -> None:
 
 
 def make_folders(folder: Path) -> None:
-    """Make a directory and its missing parents, synced, so that they survive a crash.
+    """Make a directory and its missing parents, and sync them to survive a crash.
 
     Raises
     ------
@@ -83,7 +84,7 @@ def make_folders(folder: Path) -> None:
 
 @contextmanager
 def telling(what: Path | str) -> Iterator[None]:
-    """Turn an OSError that the block raises in writing a file into a one-line error.
+    """Turn an OSError of the block, which writes a file, into a one-line message.
 
     Parameters
     ----------
@@ -107,12 +108,12 @@ def telling(what: Path | str) -> Iterator[None]:
 def replacing(
     path: Path, check: Check = anyone, *, held: bool = False
 ) -> Iterator[Path]:
-    """Yield a temporary file, which replaces `path` if the block succeeds.
+    """Yield a temporary file to write; it replaces `path` if the block succeeds.
 
     Parameters
     ----------
     path : file to replace
-    check : raises if this process may no longer publish, see `publish`
+    check : called before the renaming; raises if another process has taken over
     held : whether the temporary file is locked inside the block, so that `sweep_idle`
         in another process does not remove it
     """
@@ -130,13 +131,13 @@ def replacing(
 
 
 def publish(part: Path, path: Path, check: Check = anyone) -> None:
-    """Sync a file and rename it to another path.
+    """Sync a temporary file to disk and rename it to its final path.
 
     Parameters
     ----------
-    part, path : the file, and its new path
-    check : called right before the renaming; raises if this process has lost the
-        right to publish
+    part, path : the temporary file, and its final path
+    check : called right before the renaming; raises if another process has taken over,
+        so that this one must not write any more
     """
     try:
         with part.open("rb+") as file:
@@ -157,7 +158,8 @@ def write_whole(
     Parameters
     ----------
     path, data : the file and its new content
-    check, held : see `publish`, `replacing`
+    check : called before the renaming; raises if another process has taken over
+    held : whether the temporary file is locked meanwhile, see `replacing`
 
     Raises
     ------
@@ -171,7 +173,7 @@ def write_whole(
 
 
 def _parts_in(folder: Path, stem: str) -> Iterator[os.DirEntry[str]]:
-    """Yield the temporary files of `part_of` in a directory.
+    """Yield those files of a directory that have names of temporary files.
 
     stem : beginning of their names
     """
@@ -182,9 +184,14 @@ def _parts_in(folder: Path, stem: str) -> Iterator[os.DirEntry[str]]:
 
 
 def sweep_idle(folder: Path, stem: str) -> None:
-    """Remove temporary files of `replacing` that no process has locked.
+    """Remove temporary files of a directory that no living process is writing.
 
-    folder, stem : their directory, and the beginning of their names
+    A process that writes one holds a lock on it, see `replacing`.
+
+    Parameters
+    ----------
+    folder : the directory
+    stem : beginning of the names of the files
     """
     for item in _parts_in(folder, stem):
         with suppress(OSError):
@@ -192,7 +199,7 @@ def sweep_idle(folder: Path, stem: str) -> None:
 
 
 def _remove_idle(item: os.DirEntry[str]) -> None:
-    """Remove a temporary file unless it is younger than `YOUNG` s or still locked.
+    """Remove a temporary file unless it is younger than `YOUNG` s or locked.
 
     item : entry of the file in its directory
 
@@ -209,7 +216,7 @@ def _remove_idle(item: os.DirEntry[str]) -> None:
 
 
 def sweep(folder: Path, stem: str = "", older: float = float("inf")) -> None:
-    """Remove temporary files that a dead process has left in a directory.
+    """Remove temporary files that dead processes have left in a directory.
 
     Parameters
     ----------

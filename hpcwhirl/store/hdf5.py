@@ -1,4 +1,4 @@
-"""HDF5 files: how quantities are stored, writing safe from a full disk, reading.
+"""HDF5 files: write them safely on a full disk, read damaged ones, store quantities.
 
 HDF5 writes much of a file when its objects are closed, possibly by the garbage
 collector. A failure there is not reported: the library keeps the object, tries again at
@@ -39,7 +39,7 @@ Arrays = Mapping[str, NDArray[Any]]
 
 
 def utf8(text: str) -> NDArray[np.bytes_]:
-    """Return text as an attribute of fixed length, marked as UTF-8.
+    """Return a text as an HDF5 attribute stores it: of fixed length, in UTF-8.
 
     NetCDF, h5netcdf and h5py read such text, and parallel HDF5 can write it.
     """
@@ -48,12 +48,15 @@ def utf8(text: str) -> NDArray[np.bytes_]:
 
 
 class _Patient(io.FileIO):
-    """A raw file whose writes seem to succeed; `failed` keeps the first error."""
+    """File whose writes seem to succeed, so that HDF5 does not crash on a full disk.
+
+    `failed` keeps the first error.
+    """
 
     failed: OSError | None = None
 
     def write(self, data: Any) -> int:
-        """Write bytes, or keep the error; return their number in either case."""
+        """Write bytes; keep an error in `failed`. Return how many were given."""
         left = memoryview(data).cast("B")
         size = len(left)
         try:
@@ -64,7 +67,7 @@ class _Patient(io.FileIO):
         return size
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the file's size or keep the error; return the size."""
+        """Set the size of the file; keep an error in `failed`. Return the size."""
         try:
             return super().truncate(size)
         except OSError as failed:
@@ -74,8 +77,11 @@ class _Patient(io.FileIO):
 
 @contextmanager
 def writing(path: Path, mode: str = "w", **options: Any) -> Iterator[h5py.File]:
-    """Open an HDF5 file for the block; flush and close it at the end.
+    """Open an HDF5 file for writing in the block; flush and close it at the end.
 
+    Parameters
+    ----------
+    path : path of the file
     mode, options : arguments of `h5py.File`
 
     Raises
@@ -100,7 +106,9 @@ def writing(path: Path, mode: str = "w", **options: Any) -> Iterator[h5py.File]:
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn errors of reading a damaged file, inside the block, into a one-line error.
+    """Turn an error of the block, which reads a damaged file, into a one-line message.
+
+    path : path of the file, for the message
 
     Raises
     ------
@@ -118,7 +126,13 @@ def reading(path: Path) -> Iterator[None]:
 
 
 def refusal(path: Path, failed: Exception) -> MissingFileError:
-    """Return the error of a file that could not be written, in one line."""
+    """Return the one-line error to raise for an HDF5 file that could not be written.
+
+    Parameters
+    ----------
+    path : path of the file
+    failed : what HDF5 has raised; its causes are searched for the system's error
+    """
     chain: list[BaseException] = [failed]
     while (before := chain[-1].__cause__ or chain[-1].__context__) is not None:
         chain.append(before)
@@ -128,28 +142,30 @@ def refusal(path: Path, failed: Exception) -> MissingFileError:
 
 
 def _number(failed: BaseException) -> int:
-    """Return the errno of an error, which HDF5 gives only in its text; 0: none."""
+    """Return the errno (system's error number) of an exception; 0: it has none.
+
+    HDF5 gives it only in the text of its exceptions.
+    """
     found = re.search(r"errno = (\d+)", str(failed))
     return getattr(failed, "errno", None) or (int(found[1]) if found else 0)
 
 
 def dtype(quantity: Quantity) -> np.dtype[Any]:
-    """Return the NumPy dtype in which a variable is stored."""
+    """Return the NumPy dtype in which results.h5 stores a variable."""
     return np.dtype("i1" if quantity.kind == "enum" else quantity.kind)
 
 
 def missing(quantity: Quantity) -> float | int | bytes:
-    """Return what a variable stores for a case without a value, such as NaN."""
+    """Return what a variable in results.h5 holds for a case without a value."""
     empty: dict[str, float | int | bytes] = {"f8": np.nan, "i8": -1, "enum": 0}
     return empty.get(quantity.kind, b"")
 
 
 def encode(name: str, quantity: Quantity, value: float | str) -> float | int | bytes:
-    """Return the value of the variable `name` as the file stores it.
+    """Return a value of the variable `name` in the form in which results.h5 stores it.
 
-    An unknown word is refused.
-
-    A word is stored as its code, its place in the variable's list of words.
+    A word is stored as its code, its index in the variable's list of words; a word that
+    is not in the list is refused. A text is cut to the variable's length.
     """
     if quantity.kind == "enum":
         if value not in ENUMS[name]:
@@ -162,7 +178,7 @@ def encode(name: str, quantity: Quantity, value: float | str) -> float | int | b
 
 
 def hdf5_facts() -> dict[str, Any]:
-    """Return the versions of h5py and HDF5, and how HDF5 is built and locks files."""
+    """Return facts on HDF5 for `doctor`: versions, whether it is parallel, locks."""
     return {
         "h5py": h5py.version.version,
         "hdf5": h5py.version.hdf5_version,
@@ -172,7 +188,10 @@ def hdf5_facts() -> dict[str, Any]:
 
 
 def mpi_libraries() -> list[str]:
-    """Return the real paths of the MPI libraries mapped into this process."""
+    """Return the paths of the MPI libraries that this process has loaded.
+
+    More than one means that h5py was built for another MPI than mpi4py.
+    """
     try:
         lines = Path("/proc/self/maps").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -185,14 +204,25 @@ def mpi_libraries() -> list[str]:
 
 
 def tell(data: h5py.Dataset, quantity: Quantity) -> None:
-    """Write the unit and meaning of a variable as its `units` and `long_name`."""
+    """Write unit and meaning of a variable as its attributes `units` and `long_name`.
+
+    Parameters
+    ----------
+    data : the variable in the file
+    quantity : its unit and meaning
+    """
     data.attrs["units"] = utf8(quantity.unit)
     data.attrs["long_name"] = utf8(quantity.meaning)
 
 
 def mark_words(data: h5py.Dataset, words: Sequence[str]) -> None:
-    """Write what the codes of a variable mean: `flag_values`, `flag_meanings`.
+    """Write which word each code of a variable means, as attributes of the variable.
 
+    The attributes are `flag_values` and `flag_meanings`, as CF conventions have them.
+
+    Parameters
+    ----------
+    data : the variable in the file
     words : the word of each code 0, 1, ...
     """
     data.attrs["flag_values"] = np.arange(len(words), dtype="i1")
@@ -200,9 +230,13 @@ def mark_words(data: h5py.Dataset, words: Sequence[str]) -> None:
 
 
 def define_axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> None:
-    """Define an axis (HDF5 dimension scale) of a group, with values along it.
+    """Create an axis (HDF5 dimension scale) in a group of a file.
 
-    values : the values, or the size of the axis, whose values are then 0, 1, ...
+    Parameters
+    ----------
+    group : the group
+    name : name of the axis
+    values : the values along it, or its size: the values are then 0, 1, ...
     """
     if isinstance(values, int):
         values = np.arange(values, dtype="i8")
@@ -212,14 +246,14 @@ def define_axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> Non
 
 
 def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
-    """Write arrays with unit and meaning, and facts as root attributes.
+    """Write an HDF5 file of arrays, such as an engine's, each with unit and meaning.
 
     Parameters
     ----------
     path : file to write; on failure an older file stays
     arrays : {path in the file such as `rotor/mass`: array}; `scene.quantities.ARRAYS`
         has unit and meaning under the last part of the path
-    facts : {attribute: text or number}
+    facts : {attribute: text or number}, attributes of the file
     """
     try:
         make_folders(path.parent)

@@ -1,1 +1,1 @@
-"""Forecast of the time and disk space of a campaign."""
+"""Forecast of a campaign's computing time and disk space, before it is run."""

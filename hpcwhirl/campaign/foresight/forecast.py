@@ -1,10 +1,10 @@
-"""Forecast of a campaign: wall time on a number of ranks, bytes on disk.
+"""Forecast of a campaign: its wall time on a number of ranks, and its bytes on disk.
 
-The number of steps follows from the inputs. The time of a step, the overhead of a case
-beyond its steps, and the share of cases that end early are learned from the finished
-cases in the directory, such as those of a pilot; if no case has finished, the scheme's
-nominal time of a step is used. The range covers the uncertainty of this sample and
-`APART`, the relative difference between two runs.
+The number of time steps follows from the inputs. The time of a step, the overhead of a
+case beyond its steps, and the share of cases that end early are learned from the
+finished cases in the directory, such as those of a pilot (a short trial run); if no
+case has finished, the scheme's nominal time of a step is used. The range covers the
+uncertainty of this sample and `APART`, the relative difference between two runs.
 """
 
 from __future__ import annotations
@@ -41,10 +41,12 @@ from hpcwhirl.store.results.contents import sizes_of
 from hpcwhirl.store.results.sizes import Bytes, bytes_of
 from hpcwhirl.store.results.variables import DETAIL, LAW
 
-LITTLE = 0.1  # least share of a case's steps from which its whole cost is extrapolated
+# least share of its steps that a case counts as integrated, where the time of the
+# whole case is extrapolated
+LITTLE = 0.1
 APART = 0.25  # relative difference of the times of two runs on a shared machine
 SIDES = 2.0  # half the width of a range of times, in standard errors
-GUESSED = 2.0  # factor of uncertainty of the number of refined cases
+GUESSED = 2.0  # factor by which the number of refined cases may be wrong
 # Times, s, on the machine where the program started in `LOADED` s: for connecting ranks
 # and loading kernels; for gathering in total, per row and per byte of traces; for a
 # map, and per case of it; for a page, and per case with traces on it.
@@ -59,13 +61,15 @@ KEEPING = ("orbit", "full")  # values of output.traces that keep traces
 
 @dataclass(frozen=True)
 class Forecast:
-    """Predicted time of the cases left in a campaign, and disk space of all cases.
+    """Predicted computing time of the cases left in a campaign, and its disk space.
+
+    Kernel time is time spent in the compiled integration. In a refined campaign, cases
+    that follow from words are counted by `more`.
 
     Attributes
     ----------
-    cases, left : number of planned cases, and of those without a result; for refined
-        cases see `more`
-    steps : number of steps of the cases left, if none ends early
+    cases, left : number of planned cases, and of those without a result
+    steps : number of time steps of the cases left, if none ends early
     seconds : kernel time of the cases left on one core, s; a case with `until =
         "decided"` counts up to the next time at which its regime is determined
     most : upper bound of `seconds`: no case ends early, every undecided one runs to
@@ -73,12 +77,13 @@ class Forecast:
     range : lower and upper limit of `seconds`, by the scatter of finished cases; if
         there are none, nominal times with no step and with every step in contact
     computations : number of cases and twins left
-    overhead : time of each computation beyond its kernel, s
+    overhead : time of each computation outside its kernel, s
     before, after : {stage: s} of the stages before and after the cases, whose time does
         not depend on the number of ranks
     launch : time until several ranks are connected, s
-    more : refined cases left: (expected, least, most); (0, 0, 0) if there are none
-    beyond : refined cases that have ended
+    more : numbers of refined cases left: (expected, least, most); (0, 0, 0) if there
+        are none
+    beyond : number of refined cases that have ended
     finished : number of finished cases from which the forecast is learned
     longest : kernel time of the longest case, s
     disk : bytes of the whole campaign, if no case ends early
@@ -102,7 +107,12 @@ class Forecast:
     beyond: int = 0
 
     def wall(self, ranks: int) -> tuple[float, tuple[float, float]]:
-        """Return the wall time on a number of ranks, s, and its range (low, high)."""
+        """Return the predicted wall time on `ranks` ranks, and its range.
+
+        Returns
+        -------
+        s; and (low, high), s
+        """
         low, high = (self._wall(kernel, ranks) for kernel in self.range)
         if self.finished:
             low, high = low * (1.0 - APART), high * (1.0 + APART)
@@ -123,11 +133,12 @@ def forecast(
     started: float | None = None,
     loaded: float | None = None,
 ) -> Forecast:
-    """Return the forecast of time and disk space of a campaign in its directory.
+    """Return the forecast of a campaign's computing time and disk space.
 
     Parameters
     ----------
-    design, directory : the campaign, from whose finished cases costs are learned
+    design : the campaign's cases
+    directory : the campaign's directory; times are learned from its finished cases
     shard : shard whose cases count; None: all cases
     extended : end times to which undecided cases are extended, s
     started, loaded : time from the start of this process until its inputs were checked,
@@ -177,7 +188,7 @@ def forecast(
 
 
 def age() -> float:
-    """Return the time since this process was started, s."""
+    """Return the time since this process was started, s, part of the forecast."""
     ticks = begun(os.getpid())
     if ticks is None:  # not Linux
         return time.process_time()
@@ -185,7 +196,7 @@ def age() -> float:
 
 
 def _pace(loaded: float) -> float:
-    """Return the ratio of times on this machine to the nominal times in this module.
+    """Return how much slower this machine is than the one of this module's times.
 
     loaded : time from the start of this process until it began to read its inputs, s
     """
@@ -193,9 +204,15 @@ def _pace(loaded: float) -> float:
 
 
 def _after(rows: int, traces: int, pace: float, rules: Campaign) -> dict[str, float]:
-    """Return {stage: predicted time, s} of gathering, and of map and page if asked for.
+    """Return {stage: predicted time, s} of the stages after the cases.
 
-    rows, traces, pace : number of cases; bytes of their traces; result of `_pace`
+    These are gathering, and drawing the map and writing the page if asked for.
+
+    Parameters
+    ----------
+    rows : number of cases
+    traces : bytes of their traces
+    pace : how much slower this machine is, see `_pace`
     rules : table [campaign], which says whether there are map and page
     """
     every = {
@@ -208,12 +225,14 @@ def _after(rows: int, traces: int, pace: float, rules: Campaign) -> dict[str, fl
 
 
 def _range(seconds: float, factors: Floats) -> tuple[float, float]:
-    """Return the lower and upper limit of a predicted time, s, for the cases left.
+    """Return the lower and upper limit of the predicted time of the cases left, s.
 
     The limits follow from the scatter of finished cases.
 
-    seconds, factors : the time, s; ratio of measured to nominal time of each finished
-        case
+    Parameters
+    ----------
+    seconds : the predicted time, s
+    factors : (finished cases,), measured time of each over its nominal time
     """
     error = 1.0
     if len(factors) > 1 and factors.any():
@@ -225,10 +244,14 @@ def _range(seconds: float, factors: Floats) -> tuple[float, float]:
 def _nominal_range(
     design: Design, step: Floats, left: tuple[list[int], Floats]
 ) -> tuple[float, float]:
-    """Return nominal times, s, of the cases left: never in contact, always in contact.
+    """Return the nominal times of the cases left, s: never and always in contact.
 
-    step : result of `time_steps`
-    left : numbers of the cases left; simulated time left of each / its end time
+    Parameters
+    ----------
+    design : the campaign's cases
+    step : (cases,), s, time step of each case
+    left : numbers of the cases left; and the simulated time left of each over its end
+        time
     """
     cases, spans = left
     low, high = (
@@ -239,13 +262,15 @@ def _nominal_range(
 
 
 def _to_their_end(ended: Ended, costs: Costs) -> Costs:
-    """Return the costs of cases as if all of them ran to their end times.
+    """Return the costs of cases if all of them ran to their end times.
 
-    Finished cases count with their time per step; a certificate (a proof that blades no
-    longer touch) ended some of them early, and they would have taken proportionally
-    longer.
+    A certificate (a proof that blades no longer touch) ended some finished cases early;
+    their measured times are scaled up to the end time.
 
-    ended, costs : completed jobs; costs learned from them
+    Parameters
+    ----------
+    ended : completed jobs
+    costs : costs learned from them
     """
     whole = Costs(costs.nominal, costs.places, costs.steps)
     part = ended.marched / np.maximum(np.asarray(costs.steps), 1.0)
@@ -254,11 +279,14 @@ def _to_their_end(ended: Ended, costs: Costs) -> Costs:
 
 
 def _beside(runs: Runs, pace: float) -> tuple[float, float]:
-    """Return the time per case outside its kernel, and the first case's extra time, s.
+    """Return the time of a case outside its kernel, s, and the first case's extra time.
 
     Both are those of the last run that recorded them; nominal if no run has.
 
-    runs, pace : files of the campaign's runs; result of `_pace`
+    Parameters
+    ----------
+    runs : files of the campaign's runs
+    pace : how much slower this machine is, see `_pace`
     """
     shares = [share for share in runs.shares() if "beside" in share]
     last = [share for share in shares if share["run"] == shares[-1]["run"]]
@@ -269,7 +297,7 @@ def _beside(runs: Runs, pace: float) -> tuple[float, float]:
 
 
 def _mean(found: Forecast) -> float:
-    """Return the mean kernel time of the coarse cases that are left, s.
+    """Return the mean kernel time of the coarse cases (those of [sweep]) left, s.
 
     found : forecast of these cases
     """
@@ -277,9 +305,12 @@ def _mean(found: Forecast) -> float:
 
 
 def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
-    """Return a forecast of the coarse cases with the refined cases added.
+    """Return a forecast to which the refined cases of a campaign are added.
 
-    found, beyond : that forecast; number and cost of the refined cases
+    Parameters
+    ----------
+    found : forecast of the coarse cases (those of [sweep])
+    beyond : number and cost of the refined cases
     """
     spread = GUESSED if beyond.guessed else 1.0
     least = beyond.count - beyond.guessed + int(beyond.guessed / spread)
@@ -300,6 +331,9 @@ def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
 def longest_of(design: Design, extended: Sequence[float]) -> Floats:
     """Return each case's longest possible end time divided by its first, (cases,).
 
+    Parameters
+    ----------
+    design : the campaign's cases
     extended : end times to which undecided cases are extended, s
     """
     columns, out = design.columns, np.ones(len(design.settings))
@@ -312,19 +346,22 @@ def longest_of(design: Design, extended: Sequence[float]) -> Floats:
 def spans_of(
     design: Design, ended: Ended, longest: Floats, mine: Sequence[int]
 ) -> tuple[list[int], Floats]:
-    """Return the coarse cases with jobs left, and the simulated time of these jobs.
+    """Return the coarse cases with jobs left, and how long these jobs will simulate.
+
+    Coarse cases are those of [sweep], without refined ones.
 
     Parameters
     ----------
-    design, ended : design of the campaign, and its completed jobs
-    longest : see `longest_of`
-    mine : the cases to consider
+    design : the campaign's cases
+    ended : its completed jobs
+    longest : (cases,), longest end time of each case over its first one
+    mine : numbers of the cases to consider
 
     Returns
     -------
     cases : numbers of the cases, ascending
-    spans : (cases, 2), least and largest simulated time of jobs left of each case and
-        its twins, divided by its end time; without twins in a refined campaign
+    spans : (cases, 2), least and largest simulated time of the jobs left of each case
+        and its twins, over its end time; without twins in a refined campaign
     """
     planner, twins = ended.planner(), design.twins
     jobs = planner.ahead()
@@ -348,12 +385,16 @@ def spans_of(
 def _span(
     design: Design, extended: Sequence[float], case: int, stage: int
 ) -> tuple[float, float]:
-    """Return the least and largest simulated time of a case's stages from `stage` on.
+    """Return the least and largest simulated time of the extensions left of a case.
 
-    Both are divided by the first end time of the case. Least: it is decided at the next
-    time at which its word is determined; largest: never.
+    Both are divided by the first end time of the case. Least: the case is decided at
+    the next time at which its word is determined; largest: never.
 
+    Parameters
+    ----------
     extended : end times of the extensions, s
+    case : number of the case
+    stage : number of the extension that is computed next, from 1
     """
     ends = design.scene(case).end_times
     before = max([ends[-1], *extended[: stage - 1]])
@@ -364,7 +405,11 @@ def _span(
 def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
     """Return the bytes of the campaign if every case runs to its longest end time.
 
-    longest, step : results of `longest_of` and `time_steps`
+    Parameters
+    ----------
+    design : the campaign's cases
+    longest : (cases,), longest end time of each case over its first one
+    step : (cases,), s, time step of each case
     """
     columns = design.columns
     samples = np.zeros(len(design.settings), dtype=np.int64)
@@ -380,11 +425,16 @@ def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
 
 
 def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]:
-    """Return number and interval, s, of samples, see `case.limits.step_counts`.
+    """Return the number of samples in each case's traces, and their interval, s.
 
-    Return 0 and NaN for a case that has no time step and will fail.
+    Both (cases,); 0 and NaN for a case that has no time step and will fail. The numbers
+    are those of `case.limits.step_counts`.
 
-    end, step, interval : (cases,), s: end time, time step, interval asked for
+    Parameters
+    ----------
+    end : (cases,), s, end time of each case
+    step : (cases,), s, its time step
+    interval : (cases,) or one number, s, interval of samples that the user asks for
     """
     total = np.maximum(1.0, np.ceil(end / step - 1e-9))
     stride = np.maximum(1.0, np.rint(np.minimum(interval / step, total)))
@@ -392,9 +442,9 @@ def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]
 
 
 def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
-    """Return {trace: shape of one sample} of some cases, each by a short run.
+    """Return {trace: shape of one sample} for those cases with the largest samples.
 
-    The cases are those with the largest samples, see `_widest`.
+    Each is found by simulating the case for 20 steps.
     """
     detail, found = design.columns.values(DETAIL), []
     for case in sorted(_widest(design, detail)):
@@ -410,11 +460,15 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
-    """Return the cases with the largest samples, for each value of `output.traces`.
+    """Return the numbers of the cases with the largest samples of traces.
 
-    They have the most blades, harmonics or rods of a wearing layer.
+    For each value of `output.traces` these are the cases with the most blades,
+    harmonics or rods of a wearing layer.
 
-    detail : (cases,), value of `output.traces`
+    Parameters
+    ----------
+    design : the campaign's cases
+    detail : (cases,), value of `output.traces` of each case
     """
     found, laws = set[int](), design.columns.values(LAW)
     for word in KEEPING:

@@ -1,4 +1,4 @@
-"""Estimate of the number of refined cases that will follow, from known regimes."""
+"""Estimate how many refined cases will follow, from the regimes known so far."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ MOST = 200_000  # largest number of cases to which an estimate assigns a regime
 
 @dataclass(frozen=True)
 class Beyond:
-    """Number and cost of a campaign's refined cases, beyond the coarse level.
+    """Number and computing time of a campaign's refined cases, without coarse ones.
+
+    Coarse cases are those of [sweep]; refined cases follow from their words.
 
     Attributes
     ----------
@@ -28,7 +30,8 @@ class Beyond:
     count : expected number of refined cases that are left
     guessed : part of `count` that the known regimes do not yet require
     most : number of refined cases left if every cell is split
-    steps, seconds : steps, and kernel time on one core, s, of `count` cases
+    steps, seconds : number of time steps, and kernel time on one core, s, of `count`
+        cases
     most_seconds : kernel time of `most` cases, s
     """
 
@@ -42,20 +45,27 @@ class Beyond:
 
 
 class Known(NamedTuple):
-    """A case that has ended: its regime (None: no regime) and its kernel time, s."""
+    """A case that has ended, for the estimate of those that follow.
+
+    Attributes
+    ----------
+    word : its regime; None: it has none
+    seconds : its kernel time, s; NaN if unknown
+    """
 
     word: Word | None
     seconds: float
 
 
 def grown(design: Design, ended: Ended, mean: float) -> Beyond:
-    """Return an estimate of the number and the cost of the refined cases.
+    """Return an estimate of the number and the computing time of the refined cases.
 
     Parameters
     ----------
-    design : design of the campaign
+    design : the campaign's cases
     ended : completed jobs in its directory
-    mean : kernel time of a coarse case, s, used if no refined case has finished
+    mean : kernel time of a coarse case (case of [sweep]), s, used if no refined case
+        has finished
     """
     known, asked = _known(design, ended)
     words: dict[Address, Word | None] = {a: one.word for a, one in known.items()}
@@ -75,7 +85,11 @@ def grown(design: Design, ended: Ended, mean: float) -> Beyond:
 
 
 def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
-    """Return {address: ended case}, and the number of refined cases that are left."""
+    """Return the cases that have ended, and how many refined cases are asked for.
+
+    The first value is {address: ended case}; the second counts only cases that are
+    left.
+    """
     planner, address = ended.planner(), design.family.address
     known: dict[Address, Known] = {}
     for row, end in planner.ends.items():
@@ -91,10 +105,16 @@ def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
 def _each(
     design: Design, known: Mapping[Address, Known], mean: float
 ) -> tuple[float, float]:
-    """Return the mean kernel times, s, of a refined case at fidelity 0 and at 1.
+    """Return the mean kernel times, s, of a refined case: first and confirming.
 
-    known, mean : cases that have ended; kernel time of a coarse case, s, used if none
-        of them has a time
+    The first computation of a case has fidelity 0, the repetition with the preset
+    `confirm` fidelity 1.
+
+    Parameters
+    ----------
+    design : the campaign's cases
+    known : {address: case that has ended}
+    mean : kernel time of a coarse case, s, used if no ended case has a time
     """
     taken: tuple[list[float], list[float]] = ([], [])
     for address, one in known.items():
@@ -110,9 +130,10 @@ def _each(
 
 
 def _steps(design: Design) -> tuple[float, float]:
-    """Return the numbers of time steps of a case at fidelity 0 and at 1.
+    """Return the numbers of time steps of a refined case: first and confirming.
 
-    The case is the middle one of the coarse cases.
+    The first computation of a case has fidelity 0, the repetition with the preset
+    `confirm` fidelity 1. The middle one of the coarse cases stands for all.
     """
     family = design.family
     middle = family.coarse[len(family.coarse) // 2]
@@ -123,16 +144,18 @@ def _steps(design: Design) -> tuple[float, float]:
 
 
 def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int, int]:
-    """Return an estimate of the numbers of refined cases at fidelity 0 and at 1.
+    """Return an estimate of the numbers of refined cases that words will require.
 
-    The rule of refinement is applied as if every case had the regime of the nearest
-    known case. If known cases are spread evenly, the resulting boundaries are about as
-    long as the real ones; if regimes are scattered, they are too short.
+    There are two: first computations (fidelity 0), and repetitions with the preset
+    `confirm` (fidelity 1). The rule of refinement is applied as if every case had the
+    regime of the nearest known case. If known cases are spread evenly, the resulting
+    boundaries are about as long as the real ones; if regimes are scattered, they are
+    too short.
 
     Parameters
     ----------
-    design : the campaign
-    words : regime of each case that has ended, None: no regime
+    design : the campaign's cases
+    words : {address: regime} of the cases that have ended; None: no regime
     """
     if not words:
         return 0, 0
@@ -155,9 +178,9 @@ def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int
 
 
 def _place(design: Design, address: Address) -> NDArray[np.float64]:
-    """Return a point: refined inputs and panel number of a case, scaled to 0 .. 1.
+    """Return the refined inputs and the panel number of a case, scaled to 0 .. 1.
 
-    address : identity of the case
+    They are the coordinates, (d + 1,), in which the nearest known case is found.
     """
     family = design.family
     both = zip(family.lattice.sides, address.point, strict=True)

@@ -1,1 +1,1 @@
-"""The cases of a campaign, the computations of each, and their predicted costs."""
+"""The cases of a campaign, from its TOML file, and their predicted computing times."""

@@ -1,4 +1,7 @@
-"""The table [branch]: sweeps in which a case begins where the preceding one ended."""
+"""The table [branch]: sweeps in which each case begins where the one before it ended.
+
+A branch is such a sequence of cases, with ascending or descending values of one input.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ def axes_with_branches(
     grid: dict[str, list[Any]],
     zipped: dict[str, list[Any]],
 ) -> list[Axis]:
-    """Return a grid's axes, the one along branches last, so that branches are unbroken.
+    """Return the axes of a campaign's cases, with those along branches last.
+
+    A branch is a sequence of cases, each of which begins where the one before ended;
+    along the last axis its cases have successive numbers.
 
     Parameters
     ----------
@@ -60,7 +66,10 @@ def axes_with_branches(
 def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
     """Return the values of the input that varies along branches, ascending.
 
-    over, grid : name of the input; {dotted input: values} of [sweep]
+    Parameters
+    ----------
+    over : name of the input
+    grid : {dotted input: values} of [sweep]
     """
     values = grid.get(over)
     if values is None or not all(map(is_number, values)):
@@ -77,9 +86,12 @@ def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
 
 
 def _branches(table: BranchTable, values: list[Any]) -> list[tuple[str, list[Any]]]:
-    """Return the branches of a campaign: (name, values of the input in sweep order).
+    """Return (name, values of the input in the order of the sweep) of each branch.
 
-    table, values : table [branch]; values of its input, ascending
+    Parameters
+    ----------
+    table : table [branch]
+    values : values of the input that varies along branches, ascending
     """
     strange = [start for start in table.starts if start not in values]
     if strange:

@@ -1,8 +1,8 @@
-"""Predicted costs of cases, learned from finished cases with similar inputs.
+"""Predict the computing time of cases from finished cases with similar inputs.
 
 The time of a step depends on the regime, and a case that diverges ends early: both are
-learned as one factor on a nominal cost. Costs decide the order of cases and predicted
-times, never a result.
+learned as one factor on a nominal time. Predictions decide the order of cases and the
+time left that is printed, never a result.
 """
 
 from __future__ import annotations
@@ -31,8 +31,10 @@ from hpcwhirl.store.models.engine_file import points_named
 
 NEAREST = 4  # number of finished cases from which a prediction is taken
 MOST_KNOWN = 4096  # largest number of finished cases considered
-APART = 10.0  # distance between different words; numeric inputs range over 0 .. 1
-CLOSE = 1e-4  # squared distance below which neighbours have equal weight
+# distance between two cases of which one input is a different word, such as the
+# scheme; numeric inputs are scaled to 0 .. 1
+APART = 10.0
+CLOSE = 1e-4  # squared distance below which finished cases have equal weight
 AT_ONCE = 1 << 16  # number of cases whose neighbours are searched together
 MOST_MODELS = 512  # largest number of models built to get their time step
 # inputs on which the time step does not depend, or only if they are extreme
@@ -46,13 +48,13 @@ OF_LIMITS = frozenset({"speed", "gap", "force", "pulse"})
 
 
 class Costs:
-    """Predicted kernel time of every case, updated with every finished case.
+    """Predicted kernel time of each case of a campaign, improved by finished cases.
 
     Parameters
     ----------
-    nominal : (n,), s, assumed cost of each of n cases before any has finished
+    nominal : (n,), s, assumed time of each of n cases before any has finished
     places : (n, d), the d swept inputs of each case, scaled to 0 .. 1; or `Places`
-    steps : (n,), number of steps of each case without an early end
+    steps : (n,), number of time steps of each case without an early end
     """
 
     def __init__(
@@ -66,25 +68,37 @@ class Costs:
 
     @classmethod
     def unknown(cls) -> Costs:
-        """Return costs of no cases, for ranks that do not hand out cases."""
+        """Return an object without cases, for ranks that do not hand out cases."""
         return cls(np.zeros(0), np.zeros((0, 1)))
 
     def learn(self, case: int, seconds: float) -> None:
-        """Record the computing time of a finished case, s."""
+        """Record the computing time of a finished case, to improve predictions.
+
+        Parameters
+        ----------
+        case : number of the case
+        seconds : its computing time, s
+        """
         nominal = float(self.nominal[case])
         if nominal > 0.0 and math.isfinite(seconds):
             self.factor[case] = seconds / nominal
 
     def learn_all(self, seconds: Floats) -> None:
-        """Record the computing times of all n cases, s, (n,); NaN: not finished."""
+        """Record the computing times of all finished cases, to improve predictions.
+
+        seconds : (n,), s, computing time of each case; NaN: not finished
+        """
         known = np.isfinite(seconds) & (self.nominal > 0.0)
         self.factor[known] = seconds[known] / self.nominal[known]
 
     def cover(self, planner: Planner) -> None:
-        """Do nothing: without refinement a planner adds no cases."""
+        """Do nothing; `RefinedCosts` adds the times of the planner's new cases here."""
 
     def predict(self, cases: Sequence[int] | NDArray[np.intp]) -> Floats:
-        """Return the predicted times of m cases, s, (m,), by their numbers."""
+        """Return the predicted kernel times of some cases, s, (m,).
+
+        cases : (m,), numbers of the cases
+        """
         chosen = np.asarray(cases, dtype=np.intp)
         known = np.flatnonzero(np.isfinite(self.factor))
         if not len(known) or not len(chosen):
@@ -105,16 +119,17 @@ class Costs:
 
 
 class RefinedCosts(Costs):
-    """Costs of a refined design's cases, in the order of its planner's rows.
+    """Predicted kernel times of a refined campaign's cases, in its planner's order.
 
-    Refined cases are appended when the planner adds them. Their nominal cost is that of
-    the nearest coarse case; for the second fidelity it is multiplied by the ratio of
-    costs computed for the panel's first case of that fidelity.
+    Refined cases are appended when the planner adds them. Their nominal time is that of
+    the nearest coarse case (case of [sweep]); for the second fidelity (the preset
+    `confirm`) it is multiplied by the ratio of times computed for the panel's first
+    case of that fidelity.
 
     Parameters
     ----------
-    design : design of the campaign
-    coarse : costs of its coarse cases
+    design : the campaign's cases
+    coarse : predicted times of its coarse cases
     """
 
     def __init__(self, design: Design, coarse: Costs) -> None:
@@ -126,7 +141,7 @@ class RefinedCosts(Costs):
         self._ratio: dict[int, float] = {}
 
     def cover(self, planner: Planner) -> None:
-        """Append costs of the cases that the planner has added since the last call."""
+        """Append predicted times of the cases that the planner has added."""
         rows = range(len(self.nominal), len(planner))
         if not rows:
             return
@@ -138,7 +153,10 @@ class RefinedCosts(Costs):
         self.factor = np.append(self.factor, np.full(len(added), np.nan))
 
     def _added(self, address: Address) -> tuple[float, Floats]:
-        """Return a refined case's nominal time, s, and its swept inputs, scaled."""
+        """Return a refined case's nominal kernel time, s, and its swept inputs, scaled.
+
+        The inputs are scaled to 0 .. 1, (d,), as `Costs` needs them.
+        """
         near = self._near(address)
         place = self.places[np.array([near])][0].copy()
         both = zip(self.design.family.lattice.sides, address.point, strict=True)
@@ -149,7 +167,7 @@ class RefinedCosts(Costs):
         return float(self.nominal[near]) * self._dearer(address, near), place
 
     def _near(self, address: Address) -> int:
-        """Return the number of the coarse case nearest to a refined one."""
+        """Return the number of the coarse case nearest to a refined case."""
         sides = zip(self.design.family.lattice.sides, address.point, strict=True)
         point = tuple(round(side.position(x)) << side.depth for side, x in sides)
         return self.design.family.row_of[Address(0, 0, address.panel, point)]
@@ -166,15 +184,16 @@ class RefinedCosts(Costs):
 
 
 class Places:
-    """Swept inputs of cases, scaled to 0 .. 1, computed from the case numbers.
+    """The swept inputs of all cases, scaled to 0 .. 1: distances tell similar cases.
 
-    The distinct numbers of an input are spread evenly over 0 .. 1. Different words or
-    lists have the distance `APART`, so that cases of another scheme, for example, are
-    used only if no others have finished.
+    They are computed from case numbers when indexed. The distinct numbers of an input
+    are spread evenly over 0 .. 1. Different words or lists have the distance `APART`,
+    so that cases of another scheme, for example, are used only if no others have
+    finished.
 
     Parameters
     ----------
-    design : design of the campaign
+    design : the campaign's cases
     """
 
     def __init__(self, design: Design) -> None:
@@ -183,11 +202,14 @@ class Places:
         self._cases = len(design.settings)
 
     def __len__(self) -> int:
-        """Return the number of cases."""
+        """Return the number of cases of the campaign."""
         return self._cases
 
     def __getitem__(self, cases: NDArray[np.intp]) -> Floats:
-        """Return the scaled inputs of m cases, (m, number of swept inputs)."""
+        """Return the scaled inputs of m cases, (m, number of swept inputs).
+
+        cases : (m,), numbers of the cases
+        """
         if not self._known:
             return np.zeros((len(cases), 1))
         return np.column_stack(
@@ -208,13 +230,13 @@ def _to_unit(values: Values) -> Floats:
 def costs_of(
     design: Design, step: Floats | None = None, share: float = USUAL[0]
 ) -> Costs:
-    """Return the costs of a design's cases before any of them has finished.
+    """Return predicted kernel times of a campaign's cases before any has finished.
 
     Parameters
     ----------
-    design : the campaign
-    step : (cases,), result of `time_steps`, if known already
-    share : assumed share of steps in contact, the same for every case
+    design : the campaign's cases
+    step : (cases,), s, time step of each case, see `time_steps`; None: computed here
+    share : assumed share of time steps in contact, the same for every case
     """
     many, count = design.columns, len(design.settings)
     steps, seconds = np.zeros(count), np.zeros(count)
@@ -228,10 +250,12 @@ def costs_of(
 
 
 def _nominal(get: Columns, share: float) -> Any:
-    """Return the nominal time of a step, s: a scalar for all cases, or (cases,).
+    """Return the nominal kernel time of a time step, s: one for all cases, or (cases,).
 
+    Parameters
+    ----------
     get : function from an input's name to its value: one for all cases, or (cases,)
-    share : share of steps in contact
+    share : share of time steps in contact
     """
     schemes, rotations, blades, changes, lost = (
         np.asarray(get(name))
@@ -274,7 +298,7 @@ def most_points(design: Design) -> int:
 
 
 def time_steps(design: Design) -> Floats:
-    """Return the time step of each case, s; NaN for cases without a model.
+    """Return the time step of each case, s, (cases,); NaN for cases without a model.
 
     If `accuracy` sets the step, it is determined for one case of each kind: cases of a
     kind have equal model, friction, speed, gap and load. If there are more than
@@ -308,9 +332,9 @@ def _asked_step(design: Design, case: int) -> float:
 
 
 def _kinds(many: Many) -> NDArray[np.int64]:
-    """Return a label for each case, (cases,), equal where time steps are the same.
+    """Return a label for each case, (cases,), equal for cases with the same time step.
 
-    many : the cases as columns of their inputs
+    many : the inputs of all cases
     """
     names = [n for n in many.columns if n not in STEPLESS and "output." not in n]
     kind = many.labels(names)

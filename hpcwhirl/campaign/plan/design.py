@@ -1,4 +1,8 @@
-"""The cases of a campaign: grids, zips and lists of any scene input, in TOML."""
+"""The cases of a campaign: read from a TOML file, with all combinations of its inputs.
+
+`Design` holds them without making each scene beforehand; the tables sweep, zip, cases,
+sample, refine, twins and branch say which cases there are.
+"""
 
 from __future__ import annotations
 
@@ -69,17 +73,17 @@ MOST_TOLD = 200  # largest number of characters of the inputs that two cases sha
 
 
 class Scenes(OfCases[Scene]):
-    """Sequence of the scenes of all cases of a design, each made on access."""
+    """Sequence of the scenes of all cases of a design, each made when accessed."""
 
     def __init__(self, base: Scene, settings: Sequence[Settings]) -> None:
         self.base, self.settings = base, settings
 
     def __len__(self) -> int:
-        """Return the number of cases."""
+        """Return the number of cases of the design."""
         return len(self.settings)
 
     def _of_case(self, case: int) -> Scene:
-        """Return the scene of a case."""
+        """Return the scene of the case with number `case`."""
         return apply_settings(self.base, self.settings[case])
 
 
@@ -94,13 +98,15 @@ class Design:
     swept : dotted names of the swept inputs, in the order of the file
     rules : the table [campaign]; no result depends on it
     contents : {engine file: SHA-256} when the design was made; part of the digests
-    begun : `base` of the plan in an existing directory; not sent to other ranks
+    begun : inputs in the plan that an existing directory stores; not sent to other
+        ranks
     measure : a user's own function of a case; not sent to other ranks
     sample : how inputs were drawn; not sent to other ranks
     twins : the table [twins]; None: there is no such table
     rule : rule by which refined cases follow from regimes; None: no refinement. With a
-        rule, `scenes`, `settings` and `digests` are those of the coarse level, and the
-        number of a refined case follows from its address, see `Family.number`
+        rule, `scenes`, `settings` and `digests` are those of the coarse cases (those of
+        [sweep]), and the number of a refined case follows from its address, see
+        `Family.number`
     """
 
     base: Scene
@@ -115,7 +121,7 @@ class Design:
     begun: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Compute the digests of engine files that were not given."""
+        """Compute the digests of those engine files whose digest was not given."""
         own = self.base.engine.file
         files = listed(self.settings.column(FILE, own).values)
         for file in dict.fromkeys([*files, own]):
@@ -123,18 +129,18 @@ class Design:
                 self.contents[file] = content_digest(file)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle only what other ranks need."""
+        """Return how to pickle the design for other ranks: only what they need."""
         make = partial(Design, contents=self.contents, twins=self.twins, rule=self.rule)
         return make, (self.base, self.settings, self.swept)
 
     @property
     def scenes(self) -> Scenes:
-        """The scene of each case."""
+        """The scenes of all cases, each with all inputs."""
         return Scenes(self.base, self.settings)
 
     @cached_property
     def columns(self) -> Many:
-        """The inputs of all cases, as columns."""
+        """The inputs of all cases as arrays over the cases, one for each input."""
         return Many(self.base, self.settings)
 
     @classmethod
@@ -143,7 +149,7 @@ class Design:
         source: Design | Scene | Mapping[str, Any] | Path | str | None = None,
         settings: Mapping[str, Any] | None = None,
     ) -> Design:
-        """Return the design of a file, a mapping of its tables, or a scene.
+        """Return the cases that a TOML file, a mapping of its tables or a scene gives.
 
         Parameters
         ----------
@@ -161,24 +167,27 @@ class Design:
 
     @classmethod
     def one(cls, scene: Scene) -> Design:
-        """Return the design of a single case, with its engine file as it is now."""
+        """Return the design of a campaign of one case, with its present engine file."""
         return cls(scene, Table.of([{}]), ())
 
     @cached_property
     def digests(self) -> CaseDigests:
-        """Digests of the planned cases, the same on any rank at any time."""
+        """Digest of each planned case: a text that identifies its inputs and engine.
+
+        It is the same on any rank at any time.
+        """
         reads = {file: read_as(content) for file, content in self.contents.items()}
         return CaseDigests(flatten(self.base), self.settings, reads, PHYSICS_VERSION)
 
     @property
     def grows(self) -> bool:
-        """Whether the words of ended cases may add further cases."""
+        """Whether the campaign is refined: words of cases may add further cases."""
         return self.rule is not None
 
     def check_shards(self, none: str) -> None:
-        """Raise InputError if shards cannot be computed independently.
+        """Raise InputError if the parts of a campaign cannot be computed independently.
 
-        none : text that names the refused options, for the message
+        none : text for the message that names the options refused, such as --shard
         """
         twins = self.twins
         late = f"[twins] of = {twins.of}" if twins and twins.is_late else ""
@@ -192,29 +201,29 @@ class Design:
 
     @property
     def is_branched(self) -> bool:
-        """Whether cases begin with the last motion of other cases."""
+        """Whether cases begin with the last motion of others, by table [branch]."""
         return HISTORY in self.settings.names
 
     @cached_property
     def family(self) -> Family:
-        """The `Family` of a refined design: all cases that it may have."""
+        """All cases that a refined campaign may have, see `Family`."""
         if self.rule is None:
             raise TypeError
         return Family(self.rule, self.settings, WHOLE)
 
     @property
     def most(self) -> int:
-        """Largest possible number of cases, with all refined ones."""
+        """Largest number of cases that the campaign may have, with all refined ones."""
         return self.family.most if self.grows else len(self.settings)
 
     @property
     def code(self) -> JobCode:
-        """The numbering of jobs: ranks are sent these numbers."""
+        """The numbering of jobs, by which rank 0 sends them to other ranks."""
         cases = self.family.span if self.grows else len(self.settings)
         return JobCode(cases, self.twins.count if self.twins else 0)
 
     def name(self, case: int) -> str:
-        """Return how messages name a case: by its number, or by inputs if refined."""
+        """Return a case's name in messages: its number, or inputs if it is refined."""
         if self.rule is None or case < len(self.settings):
             return f"case {case}"
         own = self.settings_of(case)
@@ -223,14 +232,14 @@ class Design:
         return f"case {', '.join([*told, *([self.rule.confirm] if again else [])])}"
 
     def settings_of(self, case: int) -> Settings:
-        """Return {input: value} of the inputs that a case sets, the swept ones."""
+        """Return {input: value} of the swept inputs of a case, by its number."""
         if case < len(self.settings):
             return self.settings[case]
         return self.family.settings(self.family.address(case))
 
     @cached_property
     def scene(self) -> Callable[[int], Scene]:
-        """The function from the number of a case to its scene, with a cache."""
+        """The function that returns the scene of a case by its number, cached."""
 
         def scene(case: int) -> Scene:
             return apply_settings(self.base, self.settings_of(case))
@@ -242,13 +251,18 @@ class Design:
         return Digests(self.base, self.contents)
 
     def digest(self, case: int) -> str:
-        """Return the digest of a case, planned or refined, the same on any rank."""
+        """Return the digest of a case, planned or refined, by its number.
+
+        It is the same on any rank at any time.
+        """
         if case < len(self.settings):
             return self.digests[case]
         return self._digests.planned(self.settings_of(case))
 
     def check_engine(self, case: int) -> None:
-        """Raise if the engine file of a case has changed since the campaign began.
+        """Raise CaseError if the engine file of a case has changed meanwhile.
+
+        case : number of the case
 
         Raises
         ------
@@ -262,7 +276,7 @@ class Design:
             raise CaseError(msg + how)
 
     def resolved(self, case: int) -> Case:
-        """Return a resolved case; the last ones are cached.
+        """Return a case with its model, plan and time step; the last ones are cached.
 
         Cases with an engine file are not cached, since the file may change.
         """
@@ -278,15 +292,15 @@ class Design:
         return resolve(self.scene(case))
 
     def file(self, case: int) -> str:
-        """Return the engine file of a case, "" if it has none."""
+        """Return the engine file of a case, by its number; "" if it has none."""
         if FILE not in self.settings.names:
             return self.base.engine.file
         return str(self.settings_of(case).get(FILE, self.base.engine.file))
 
     def predicted(self, case: int) -> tuple[float, float]:
-        """Return (predicted number of steps, kernel time, s) of a case.
+        """Return (predicted number of time steps, predicted kernel time, s) of a case.
 
-        Both are 0 for a case that cannot be resolved and so fails at once.
+        Both are 0 for a case that cannot be integrated and so fails at once.
         """
         try:
             resolved = self.resolved(case)
@@ -296,9 +310,11 @@ class Design:
         return known
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
-        """Return the mean kernel time of a coarse case at fidelity 0 and at 1, s.
+        """Return the mean predicted kernel time of a coarse case (case of [sweep]), s.
 
-        Both are the same if `rule` has no preset that confirms boundaries.
+        There are two: for its first computation (fidelity 0), and for the repetition
+        with the preset `confirm` of the rule (fidelity 1); they are the same if `rule`
+        has no such preset.
         """
         refined = replace(self, rule=rule)
 
@@ -314,7 +330,7 @@ class Design:
         return first, mean(again)
 
     def manifest(self) -> Manifest:
-        """Return the plan of the campaign, as its directory stores it."""
+        """Return the plan of the campaign, which its directory stores."""
         file = self.base.engine.file
         content: dict[str, Any] = {CONTENT: self.contents[file]} if file else {}
         content[PHYSICS] = PHYSICS_VERSION
@@ -336,8 +352,11 @@ class Design:
 
 
 def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
-    """Return the design of any source that `Design.of` accepts.
+    """Return the cases of a campaign from any source that `Design.of` accepts.
 
+    Parameters
+    ----------
+    source : a `Design`, a TOML file, a mapping of its tables or a scene
     settings : {input: value}, set on the scene
     """
     if isinstance(source, Design):
@@ -355,7 +374,11 @@ def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
 
 
 def plain(value: Any) -> Any:
-    """Return a Python value in the types of parsed TOML, free of NumPy types."""
+    """Return a value with NumPy arrays and numbers replaced by Python's own types.
+
+    The result has only the types of parsed TOML; mappings and lists are converted
+    inside.
+    """
     if isinstance(value, Mapping):
         return {str(name): plain(one) for name, one in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -366,7 +389,7 @@ def plain(value: Any) -> Any:
 
 
 def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
-    """Return the design of a TOML file, or of the embedded default.
+    """Return the cases of a campaign from a TOML file, or of the default campaign.
 
     Parameters
     ----------
@@ -385,7 +408,14 @@ def design_of(
     settings: Mapping[str, Value] | None = None,
     folder: Path | str = "",
 ) -> Design:
-    """Return the design of a parsed TOML document in `folder`; see `load_design`."""
+    """Return the cases of a campaign from its parsed TOML.
+
+    Parameters
+    ----------
+    document : the parsed TOML, see `load_design`
+    settings : {input: value}, set on the scene; a swept input cannot be set
+    folder : folder of the TOML file, at which relative paths in it start
+    """
     table = document.get("refine")
     refine = None if table is None else Refine.read(table, "[refine]")
     first = first_inputs(document, refine, settings or {})
@@ -419,7 +449,10 @@ def design_of(
 def _anchored(rows: Table, folder: Path | str) -> Table:
     """Return the cases with absolute paths of their engine files.
 
-    rows, folder : {input: value} of each case; folder at which relative paths start
+    Parameters
+    ----------
+    rows : {input: value} of each case
+    folder : folder at which relative paths start
     """
     if FILE not in rows.names:
         return rows
@@ -429,10 +462,13 @@ def _anchored(rows: Table, folder: Path | str) -> Table:
 
 
 def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
-    """Refuse twins equal to their case, and `of = "boundary"` without neighbours.
+    """Raise InputError for twins equal to their case, or without a boundary to be at.
 
-    twins, base, rows : table [twins]; scene with inputs not swept; inputs that cases
-        set
+    Parameters
+    ----------
+    twins : table [twins]; `of = "boundary"` needs cases that differ in one number alone
+    base : scene with the inputs that are not swept
+    rows : {input: value} of each case
     """
     check_spread(twins, base, rows)
     if twins.of != "boundary":
@@ -445,7 +481,11 @@ def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
 def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
     """Raise InputError if an input is both swept and set for all cases.
 
-    names, what : names of the inputs set, and text on where they are set
+    Parameters
+    ----------
+    swept : names of the swept inputs
+    names : names of the inputs set for all cases
+    what : text for the message on where these are set
     """
     clash = set(swept) & set(names)
     if clash:

@@ -1,4 +1,4 @@
-"""The table [refine] of a campaign, its checks, and the rule that follows from it."""
+"""The table [refine] of a campaign: check it, and make its rule of refinement."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ Listed = Mapping[str, Sequence[Any]]
 def first_inputs(
     document: Mapping[str, Any], refine: Refine | None, settings: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return {dotted name: value}, the inputs that `first` of [refine] sets.
+    """Return {dotted name: value} of the inputs set by the preset `first` of [refine].
+
+    These are the inputs of all first computations.
 
     Parameters
     ----------
@@ -56,15 +58,18 @@ def first_inputs(
 
 
 class Coarse(Protocol):
-    """What refinement needs to know of a design of coarse cases."""
+    """What refinement needs to know of a campaign's coarse cases, those of [sweep].
+
+    A `Design` has these attributes.
+    """
 
     @property
     def base(self) -> Scene:
-        """Scene with the inputs that are not swept."""
+        """Scene with the inputs that no case changes."""
 
     @property
     def settings(self) -> Sized:
-        """{dotted input: value} of each coarse case."""
+        """The inputs that each coarse case sets, {dotted input: value}."""
 
     @property
     def swept(self) -> Sequence[str]:
@@ -72,23 +77,27 @@ class Coarse(Protocol):
 
     @property
     def twins(self) -> Twins | None:
-        """Table [twins]; None: there is no such table."""
+        """The table [twins] of the campaign; None: there is no such table."""
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
-        """Return the mean predicted time of coarse cases at fidelity 0 and at 1, s."""
+        """Return the mean predicted kernel time of a coarse case, s.
+
+        There are two: for its first computation (fidelity 0), and for the repetition
+        with the preset `confirm` of the rule (fidelity 1).
+        """
 
 
 def refined(
     design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any], branch: str = ""
 ) -> Rule:
-    """Return the rule that refines a coarse design.
+    """Return the rule by which a campaign is refined, from its table [refine].
 
     Parameters
     ----------
-    design : design of the coarse level
+    design : the coarse cases, those of [sweep]
     table : table [refine]
     grid : {dotted input: values} of [sweep]
-    listed : cases of [[cases]]
+    listed : cases of [[cases]], which are refused
     branch : input along which branches lead, "" without [branch]
 
     Raises
@@ -132,9 +141,14 @@ def refined(
 
 
 def _check_branch(table: Refine, branch: str) -> None:
-    """Refuse words = "branch" without [branch], and what [branch] does not allow.
+    """Raise InputError if [refine] and [branch] do not go together.
 
-    table, branch : table [refine]; input along which branches lead, "" without [branch]
+    The words "branch" need the table [branch], which excludes other keys.
+
+    Parameters
+    ----------
+    table : table [refine]
+    branch : input along which branches lead, "" without [branch]
     """
     if not branch:
         if table.words == BRANCH:
@@ -154,9 +168,15 @@ def _check_branch(table: Refine, branch: str) -> None:
 
 
 def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
-    """Refuse twins with a budget, and relative changes of inputs that may become 0.
+    """Raise InputError for twins with a budget, or of inputs that refining may make 0.
 
-    table, over : table [refine]; {refined input: its values}
+    Twins change inputs by a relative amount, which has no effect on 0.
+
+    Parameters
+    ----------
+    design : the coarse cases
+    table : table [refine]
+    over : {refined input: its values}
     """
     if design.twins is None:
         return
@@ -170,9 +190,12 @@ def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
 
 
 def _check_side(name: str, grid: Listed) -> None:
-    """Refuse to refine an input without two different numbers in [sweep].
+    """Raise InputError unless a refined input has two different numbers in [sweep].
 
-    name, grid : the input; {dotted input: values} of [sweep]
+    Parameters
+    ----------
+    name : the input
+    grid : {dotted input: values} of [sweep]
     """
     if name not in grid:
         msg = f"[refine] over {name}: not in [sweep], which has {', '.join(grid)}"
@@ -207,11 +230,15 @@ def _depths(
 def _bisections(
     name: str, low: Decimal, high: Decimal, finest: Decimal, scale: str
 ) -> int:
-    """Return the number of bisections of an interval down to a resolution.
+    """Return how often an interval must be bisected to reach the resolution.
 
-    name : input, for the message
-    low, high, finest, scale : the interval; the resolution; "linear" or "log", on which
-        the resolution is a relative step: 0.01 is one percent
+    Parameters
+    ----------
+    name : the input, for the message
+    low, high : ends of the interval, in the input's unit
+    finest : the resolution: a difference of values, or on a scale "log" a relative
+        step: 0.01 is one percent
+    scale : "linear" or "log"
     """
     width = high - low
     if scale == "log":
@@ -224,10 +251,13 @@ def _bisections(
 
 
 def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -> None:
-    """Refuse levels that lead to fractions of integer inputs, or to equal values.
+    """Raise InputError if bisection gives fractions of whole numbers, or equal values.
 
+    Parameters
+    ----------
     name : the input
-    values, depths : its coarse values, and number of bisections of each interval
+    values : its coarse values, ascending
+    depths : number of bisections of each interval between them
     """
     for (low, high), depth in zip(pairwise(values), depths, strict=True):
         step = (high - low) / 2**depth
@@ -243,12 +273,18 @@ def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -
 def _budget(
     given: Mapping[str, float] | None, design: Coarse, rule: Rule
 ) -> tuple[float, ...]:
-    """Return (largest total cost, cost of a case at fidelity 0, at 1); (): no budget.
+    """Return the budget of a refined campaign, for `Rule`; () if there is none.
 
     Parameters
     ----------
-    given : {cases = N} or {core_hours = H}
-    design, rule : design and rule of the campaign
+    given : {cases = N} or {core_hours = H}; None: no budget
+    design : the coarse cases
+    rule : rule by which they are refined
+
+    Returns
+    -------
+    (largest total cost, cost of a first computation, cost of its repetition with the
+    preset `confirm`), in cases or core hours
     """
     if not given:
         return ()

@@ -1,4 +1,4 @@
-"""[sample] and [twins]: draws of inputs by their distributions, and perturbed cases.
+"""Random inputs of cases ([sample]), and slightly changed copies of cases ([twins]).
 
 With [sample], inputs are drawn at each point of a sweep. Every point gets the same
 draws, so that points differ only by the swept inputs. All methods except
@@ -51,23 +51,26 @@ BITS = 53  # number of bits in the significand of a double
 
 
 class Sample(SampleTable):
-    """The table [sample] of a campaign; its methods draw the inputs of cases."""
+    """The table [sample] of a campaign, which draws random inputs of cases."""
 
     @property
     def each(self) -> int:
-        """Number of cases (draws, and the tuned engine) at each point of the sweep."""
+        """Number of cases at each point of the sweep: draws, and the tuned engine.
+
+        The tuned engine, with equal blades, is added if [sample] asks for it.
+        """
         width = len(self.laws) + 2 if self.method == SALTELLI else 1
         return self.tuned + self.count * width
 
     def plan(self) -> dict[str, Any]:
-        """Return the entries of [sample] on which draws depend, for the plan."""
+        """Return those entries of [sample] on which the draws depend, for the plan."""
         laws = {name: law.model_dump() for name, law in self.laws.items()}
         found = {"method": self.method, "seed": self.seed, "inputs": laws}
         found |= {"count": self.count} if self.method == LATIN else {}
         return found | ({TUNED: True} if self.tuned else {})
 
     def draws(self, blades: int) -> Axis:
-        """Return the draws as an axis of cases: values of the drawn inputs.
+        """Return the drawn values of the inputs of [sample] as an axis of cases.
 
         blades : N, the number of values in a draw of an input with one per blade
         """
@@ -90,6 +93,8 @@ class Sample(SampleTable):
     def _unit(self, size: int) -> Floats:
         """Return the draws as points in the unit cube, (count, size).
 
+        The distributions (laws) of the inputs are applied to them afterwards.
+
         size : number of numbers in a draw
         """
         from scipy.stats import qmc
@@ -110,7 +115,7 @@ class Sample(SampleTable):
 
 
 def sample_of(document: Mapping[str, Any]) -> Sample | None:
-    """Return the checked table [sample] of a document; None if there is none.
+    """Return the checked table [sample] of a campaign's TOML; None if there is none.
 
     Raises
     ------
@@ -130,8 +135,11 @@ def sample_of(document: Mapping[str, Any]) -> Sample | None:
 def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
     """Return {input: value} of all cases: every draw at each point of the sweep.
 
-    sample, rows, base : table [sample], None: no draws; {input: value} of each point of
-        the sweep; scene with the other inputs
+    Parameters
+    ----------
+    sample : table [sample]; None: no draws
+    rows : {input: value} of each point of the sweep
+    base : scene with the other inputs
 
     Raises
     ------
@@ -155,9 +163,12 @@ def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
 
 
 def _check_twin(sample: Sample, base: Scene) -> None:
-    """Refuse inputs that would give the tuned engine other modes or another step.
+    """Raise InputError if the tuned engine would get other modes or another time step.
 
-    sample, base : table [sample]; scene with the inputs that are not drawn
+    Parameters
+    ----------
+    sample : table [sample]; it may ask for a case of the tuned engine, to compare
+    base : scene with the inputs that are not drawn
     """
     for name in ("truncation", "accuracy"):
         value = getattr(base.solver, name)
@@ -168,10 +179,15 @@ def _check_twin(sample: Sample, base: Scene) -> None:
 
 
 def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
-    """Raise InputError if a scene of a design is invalid, naming the draw, if any.
+    """Raise InputError if a case of a campaign has an invalid input.
 
-    base, rows, sample : scene with the inputs that do not vary; {input: value} of each
-        case; table [sample], None without draws
+    The message names the draw if the input was drawn.
+
+    Parameters
+    ----------
+    base : scene with the inputs that do not vary
+    rows : {input: value} of each case
+    sample : table [sample]; None: no draws
     """
     many = Many(base, rows)
     try:
@@ -185,15 +201,15 @@ def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
 
 
 class Twins(TwinsTable):
-    """The table [twins] of a campaign; its methods make the twins of cases."""
+    """The table [twins] of a campaign, which makes the twins of its cases."""
 
     @property
     def is_late(self) -> bool:
-        """Whether twins are chosen only when the regimes of all cases are known."""
+        """Whether cases with twins are chosen when the regimes of all are known."""
         return self.of in LATE
 
     def scene(self, scene: Scene, content: str, number: int) -> Scene:
-        """Return the scene of a twin of a case; a twin keeps no traces.
+        """Return the scene of one twin of a case; a twin keeps no traces.
 
         Parameters
         ----------
@@ -210,18 +226,24 @@ class Twins(TwinsTable):
 
 
 def identity(scene: Scene, content: str) -> str:
-    """Return the digest of a case from which the perturbations of its twins are drawn.
+    """Return the text that decides how the inputs of a case's twins are changed.
 
-    Inputs that set how long undecided cases continue and which traces are kept have no
-    influence, so that a case with other values of them has the same twins.
+    It is a digest of the case's inputs, except those that set how long undecided cases
+    continue and which traces are kept; so a case with other values of these has the
+    same twins.
 
+    Parameters
+    ----------
+    scene : the case
     content : digest of the case's engine file, see `scene.digest`
     """
     return digest(apply_settings(scene, ASIDE), content)
 
 
 def draw(motion: str, number: int, name: str, seed: int = 0) -> float:
-    """Return the number, -1 .. 1, that perturbs one input of one twin; uniformly drawn.
+    """Return u, -1 .. 1, by which one input of one twin is changed; drawn uniformly.
+
+    The input is multiplied by 1 + spread u.
 
     Parameters
     ----------
@@ -237,7 +259,7 @@ def draw(motion: str, number: int, name: str, seed: int = 0) -> float:
 
 
 def twins_of(document: Mapping[str, Any]) -> Twins | None:
-    """Return the table [twins] of a document; None if it has none.
+    """Return the checked table [twins] of a campaign's TOML; None if there is none.
 
     Raises
     ------
@@ -254,11 +276,15 @@ def twins_of(document: Mapping[str, Any]) -> Twins | None:
 
 
 def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
-    """Refuse a relative spread of an input whose value is 0: twins would equal cases.
+    """Raise InputError if twins would equal their case: a changed input is 0.
+
+    Twins change inputs by a relative amount, which has no effect on 0.
 
     Parameters
     ----------
-    base, rows : scene with inputs not swept; {dotted input: value} that each case sets
+    twins : table [twins]
+    base : scene with the inputs that are not swept
+    rows : {dotted input: value} that each case sets
     """
     values = flatten(base)
     for name in twins.spread:

@@ -1,4 +1,4 @@
-"""A campaign's directory while it runs: plan, journals, states, claims.
+"""The files in a campaign's directory while it runs: plan, journals, states, claims.
 
-`campaign_directory.Directory` knows all files; each module holds one kind of them.
+`campaign_directory.Directory` knows all of them; each module reads and writes one kind.
 """

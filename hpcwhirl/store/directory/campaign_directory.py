@@ -1,4 +1,4 @@
-"""The directory of a campaign: an object that knows its files."""
+"""The directory of a campaign, as an object that knows the files in it."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ STOP = "STOP"  # a file that a user makes
 
 
 class Directory:
-    """The directory of a campaign, which need not exist.
+    """The directory of a campaign, and access to the files in it; it need not exist.
 
     The object is made where a user names a path; functions take the object, or the part
     that they need.
 
     Attributes
     ----------
-    path : the directory
-    plan : file of the plan
+    path : path of the directory
+    plan : file of the plan, campaign.json
     journals : journals and traces of all runs
     states : saved states of unfinished cases
     notes : notes of the cases that ranks compute now
     runs : how the ranks of each run used their time
     claims : claims of the processes that compute or gather here
-    results, page : files of the results and of the page
-    stop_file : file that stops the campaign if a user makes it
+    results, page : paths of results.h5 and of the page report.html
+    stop_file : path of the file STOP; if a user makes it, the campaign stops
     """
 
     def __init__(self, path: Path) -> None:
@@ -48,7 +48,7 @@ class Directory:
         return str(self.path)
 
     def sweep(self, older: float) -> None:
-        """Remove incomplete files that earlier runs left when they died.
+        """Remove incomplete files that runs which died have left in the directory.
 
         older : only files last written before this time, s since 1970 by the clock of
             the file system
@@ -59,7 +59,10 @@ class Directory:
         self.notes.sweep(older)
 
     def check_usable(self) -> None:
-        """Raise InputError if the directory cannot be made or written."""
+        """Raise InputError if a user's path cannot be a campaign's directory.
+
+        It must be writable, or its nearest existing parent if it does not exist.
+        """
         place = Path(os.path.realpath(self.path))  # resolve raises for circular links
         if place.exists() and not place.is_dir():
             raise InputError(f"--out must be a directory, got the file {self}")
@@ -69,9 +72,13 @@ class Directory:
             raise InputError(f"--out {self}: {place} cannot be written")
 
     def put_aside(self) -> Directory | None:
-        """Rename the directory by adding a number; return the new one.
+        """Rename the directory by adding a number, since the campaign starts over.
 
-        Without a plan in the directory, nothing is renamed, and the result is None.
+        Without a plan in the directory, nothing is renamed.
+
+        Returns
+        -------
+        the renamed directory; None if nothing was renamed
 
         Raises
         ------

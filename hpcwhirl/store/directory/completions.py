@@ -1,8 +1,8 @@
-"""Completed jobs in a campaign's directory, and the planner of the jobs left.
+"""Which jobs of a campaign have ended, read from the journals in its directory.
 
-Completions are read from the journals as columns of their records, each with the case
-to which it belongs (`told_by`); where an extension, twins or refined cases need more,
-record by record (`ended_of`).
+`Ended` holds them, and makes the planner of the jobs left. Journals are read as arrays,
+each record with the number of its case (`told_by`); where an extension, twins or
+refined cases need more, record by record (`ended_of`).
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ Cases = NDArray[np.int64]
 
 
 def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
-    """Return the number of time steps integrated in each run, (rows,).
+    """Return the number of time steps that each run has really integrated, (rows,).
 
     A run with a certificate (a proof that no blade can touch again) was integrated
     until then, others to the end.
 
     Parameters
     ----------
-    steps : (rows,), number of steps that the whole duration has
+    steps : (rows,), number of time steps that the whole duration has
     certificate : (rows,), s, time from which the motion is known in closed form; -1:
         never
     duration : (rows,), s, simulated time of the whole run
@@ -69,7 +69,7 @@ def marched_in(rows: Rows) -> NDArray[np.float64]:
 
 
 def open_in(rows: Rows) -> NDArray[np.bool_]:
-    """Return whether a longer run may change the regime of each record, (records,).
+    """Return for each record whether a longer run may change its regime, (records,).
 
     rows : some records of a journal
     """
@@ -79,14 +79,19 @@ def open_in(rows: Rows) -> NDArray[np.bool_]:
 
 
 def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[Rows, Cases]]:
-    """Yield (a batch of records, the number of the case of each), the oldest first.
+    """Yield the records of all journals in batches, each record with its case's number.
 
-    The number is that in the plan; -1 for twins, later stages, other plans' cases.
+    The oldest records come first. The number is that in the plan; it is -1 for a twin,
+    a longer run of an extension and a case of another plan.
 
     Parameters
     ----------
     journals : journals of a campaign
     digests : digests of the planned cases
+
+    Yields
+    ------
+    a batch of records; and the numbers of their cases, (records,)
     """
     known = CaseIndex(digests)
     for rows in journals.rows():
@@ -95,7 +100,7 @@ def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[Rows, 
 
 
 class CaseIndex:
-    """Index of cases by digest.
+    """Finds the number of a planned case by the case's digest.
 
     Parameters
     ----------
@@ -108,8 +113,11 @@ class CaseIndex:
             self._case_of = {name: case for case, name in enumerate(digests)}
 
     def find(self, name: str, hint: Any = -1) -> int:
-        """Return the number of the case whose digest is `name`; -1 for none.
+        """Return the number of the case that has a digest; -1 if there is no such case.
 
+        Parameters
+        ----------
+        name : the digest
         hint : number of the case to try first
         """
         place = hint if isinstance(hint, int) else -1
@@ -120,8 +128,10 @@ class CaseIndex:
         return self._case_of.get(name, -1)
 
     def find_all(self, words: NDArray[Any], hints: Cases) -> Cases:
-        """Return the case number of each of m digests, (m,); -1 for none.
+        """Return the number of the case that has each of m digests, (m,); -1 for none.
 
+        Parameters
+        ----------
         words : (m,), digests of 32 bytes
         hints : (m,), number of the case to try first for each digest
         """
@@ -132,12 +142,14 @@ class CaseIndex:
         return np.array([self.find(*pair) for pair in both], np.int64)
 
     def cases_of(self, rows: Rows) -> Cases:
-        """Return the number of the case of each record, (records,); -1: none.
+        """Return the number of each record's case, (records,); -1: none.
 
         The record of a twin belongs to the case that is perturbed.
 
         If the journal's case numbers refer to this plan, these numbers are returned,
         and no digests are compared.
+
+        rows : some records of a journal
         """
         case, plan = rows.numbers("case", -1), rows.header.plan
         if isinstance(self.digests, CaseDigests) and plan == self.digests.identity:
@@ -154,13 +166,13 @@ class CaseIndex:
 
 
 class Place(NamedTuple):
-    """Key of a record in a journal: the case, twin and stage that was computed.
+    """What a record in a journal is the result of: a case or twin, and the end time.
 
     Attributes
     ----------
     of : digest of the case
     twin : number of the twin; 0: the case itself
-    stage : 0: run to the planned duration; n: to the n-th end time of an extension
+    stage : 0: run to the planned end time; n: to the n-th end time of an extension
     """
 
     of: str
@@ -169,7 +181,10 @@ class Place(NamedTuple):
 
 
 def job_of(record: Record, plan: Manifest) -> Place:
-    """Return the key (case, twin, stage) of a record; stage -1: no job of the plan."""
+    """Return which case, twin and stage a record is the result of.
+
+    The stage is -1 if the plan has no such job.
+    """
     of, twin = str(record.get("of", record.get("digest", ""))), record.get("twin", 0)
     time = record.get("longest", 0.0)
     if not isinstance(twin, int) or not 0 <= twin <= plan.twins.get("count", 0):
@@ -179,9 +194,15 @@ def job_of(record: Record, plan: Manifest) -> Place:
 
 
 def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
-    """Return the stage of each record, (records,); -1 if the plan has no such stage.
+    """Return the stage to which each record belongs, (records,); -1: none of the plan.
 
+    Stage 0 is the run to the planned end time, n that to the n-th end time of an
+    extension.
+
+    Parameters
+    ----------
     rows : some records of a journal
+    plan : plan of the campaign
     """
     time, stages = rows.numbers("longest", 0.0), np.full(len(rows), -1)
     for stage, ends in enumerate(_times(plan)):
@@ -190,19 +211,25 @@ def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
 
 
 def _times(plan: Manifest) -> list[float]:
-    """Return the end times of a plan's stages, s; 0.0 for the planned duration."""
+    """Return the end time of each stage of a plan, s; 0.0 for the planned duration.
+
+    Later stages are the longer runs of an extension.
+    """
     return [0.0, *plan.extended]
 
 
 def family_of(plan: Manifest) -> Family:
-    """Return the `Family` of a refined campaign's plan: all its possible cases."""
+    """Return all cases that a refined campaign may have, from its plan."""
     return Family(rule_of(plan.refine), plan.settings, WHOLE)
 
 
 def digest_of(plan: Manifest, family: Family) -> Callable[[int], str]:
-    """Return the function from the number of a refined campaign's case to its digest.
+    """Return a function that gives the digest of a refined campaign's case by number.
 
-    family : all its possible cases
+    Parameters
+    ----------
+    plan : plan of the campaign
+    family : all cases that it may have
     """
     find = digests_of(plan)
     known = dict(enumerate(plan.digests))
@@ -217,18 +244,18 @@ def digest_of(plan: Manifest, family: Family) -> Callable[[int], str]:
 
 @dataclass(frozen=True)
 class Ended:
-    """Completed jobs of a plan.
+    """The jobs of a campaign that have ended, and how, from its journals.
 
     Attributes
     ----------
-    plan : plan of the directory
-    over, ok : (cases,), whether each case of the plan, in a refined plan each coarse
-        case, has ended at its planned duration, and whether it gave a result
-    seconds, marched : (cases,), computing time, s, and integrated steps, see
-        `marched`; NaN for cases without a result
-    told : {digest of a job: how it has ended}; if no case follows from another
-        (`is_plain`), only for the digests passed to `ended_in` as `asked`
-    places : {key of a record: how its job has ended}; empty if `is_plain`
+    plan : plan of the campaign
+    over, ok : (cases,), whether each case of the plan (in a refined plan, each coarse
+        case) has ended at its planned duration, and whether it gave a result
+    seconds, marched : (cases,), computing time, s, and number of integrated time steps;
+        NaN for cases without a result
+    told : {digest of a job: how it has ended}; if each case is one job (`is_plain`),
+        only for the digests passed to `ended_in` as `asked`
+    places : {case, twin and stage: how that job has ended}; empty if `is_plain`
     taken : {digest: computing time, s} of cases at their planned duration
     """
 
@@ -243,14 +270,14 @@ class Ended:
 
     @classmethod
     def nothing(cls, plan: Manifest) -> Ended:
-        """Return what is completed in a plan of which no job has ended: nothing."""
+        """Return the state of a plan of which no job has ended yet."""
         count = len(plan.digests)
         over, ok = np.zeros((2, count), dtype=bool)
         seconds, steps = np.full((2, count), np.nan)
         return cls(plan, over, ok, seconds, steps, {}, {}, {})
 
     def planner(self) -> Planner:
-        """Return the planner of the jobs left."""
+        """Return the planner of the jobs left in the campaign."""
         plan = self.plan
         kind, find = self._refined() if plan.refine else self._grid()
         if is_plain(plan):
@@ -281,12 +308,12 @@ class Ended:
         return Refined(family, self.plan.twins, digest), find
 
     def take(self, record: Record, case: int, *, again: bool) -> None:
-        """Enter what a record says of a job; records must come oldest first.
+        """Enter how a job has ended from its record; records must come oldest first.
 
         Parameters
         ----------
         record : the record
-        case : number of its case; -1 for twins, later stages and cases of other plans
+        case : number of its case; -1 for twins, longer runs and cases of other plans
         again : whether the record's job must be computed again: it counts as not done
         """
         name, end = record["digest"], completion_of(record)
@@ -307,10 +334,9 @@ class Ended:
 
 
 def stages_of(plan: Manifest) -> Stages:
-    """Return the stages of a plan, as the planner needs them, see `Stages`.
+    """Return the later end times of an extended campaign, as the planner needs them.
 
-    They are the number of the last stage, and how many end times each case's planned
-    duration passes.
+    They are their number, and how many of them each case's planned duration passes.
     """
     if not plan.extended:
         return Stages()
@@ -323,7 +349,7 @@ def stages_of(plan: Manifest) -> Stages:
 def is_plain(plan: Manifest) -> bool:
     """Return whether each case of a plan is one job, and none follows from another.
 
-    So it has no twins, extension, refinement or branches.
+    Such a plan has no twins, extension, refinement or branches.
     """
     chained = "history" in plan.table.names
     return not (plan.refine or plan.twins or plan.extended or chained)
@@ -335,12 +361,12 @@ def ended_in(
     asked: Collection[str] = (),
     again: Callable[[Record], bool] | None = None,
 ) -> Ended:
-    """Return the completed jobs of a campaign, from the journals in its directory.
+    """Return which jobs of a campaign have ended, from the journals in its directory.
 
     Parameters
     ----------
     journals, plan : journals and plan of the campaign
-    asked : digests whose completions are wanted in `Ended.told`
+    asked : digests of jobs that `Ended.told` must have
     again : returns whether the job of a record must be computed again; None: never
     """
     if is_plain(plan) and again is None:
@@ -356,9 +382,13 @@ def ended_of(
     records: Iterable[Record],
     again: Callable[[Record], bool] | None = None,
 ) -> Ended:
-    """Return the completed jobs of a plan by their records, given oldest first.
+    """Return which jobs of a plan have ended, from records in the order of their age.
 
-    again : see `ended_in`
+    Parameters
+    ----------
+    plan : plan of the campaign
+    records : records of its journals, the oldest first
+    again : returns whether the job of a record must be computed again; None: never
     """
     ended, known = Ended.nothing(plan), CaseIndex(plan.digests)
     for record in records:
@@ -369,10 +399,14 @@ def ended_of(
 
 
 def _by_columns(journals: Journals, plan: Manifest, asked: Mapping[str, int]) -> Ended:
-    """Return the completed jobs of a plan without twins, refinement and extension.
+    """Return which jobs have ended in a plan without twins, refinement and extension.
 
-    asked : {digest: case} of the jobs whose completions `Ended.told` is to have
-    journals : journals of the campaign
+    The journals are read as arrays, without one object per record.
+
+    Parameters
+    ----------
+    journals, plan : journals and plan of the campaign
+    asked : {digest: case} of the jobs that `Ended.told` must have
     """
     ended = Ended.nothing(plan)
     names = {case: name for name, case in asked.items()}

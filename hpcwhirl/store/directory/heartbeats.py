@@ -1,4 +1,4 @@
-"""Heartbeats: a note of the cases that each rank computes, one file per rank and run.
+"""Heartbeats: notes of the cases that each rank computes, one file per rank and run.
 
 The file is mapped into memory: writing a note takes no system call, and the note of a
 process that is killed remains.
@@ -32,7 +32,9 @@ DEAD = {"Z", "X", "x"}  # states in /proc of a process that has ended
 
 
 class Running(AbstractContextManager["Running"]):
-    """The file in which one rank notes the cases that it computes in one run.
+    """The file in which this rank notes the cases that it computes, during one run.
+
+    It is used in a `with` statement, which removes the file at the end.
 
     Parameters
     ----------
@@ -51,9 +53,11 @@ class Running(AbstractContextManager["Running"]):
             self._file = open_regular(self._path, "w+b", 0)
 
     def begin(self, digests: Iterable[str]) -> None:
-        """Write a note on the cases, given by digests, that are computed from now on.
+        """Write a note that this rank begins to compute some cases.
 
         The note is not synced: it must survive the process, not the machine.
+
+        digests : digests of the cases
         """
         line = sealed(self._who | {"digests": list(digests), "since": time.time()})
         # If the disk is full, the campaign stops when it writes its next result.
@@ -65,7 +69,7 @@ class Running(AbstractContextManager["Running"]):
                 os.pwrite(self._file.fileno(), line, 0)
 
     def _mapped(self, size: int) -> mmap | bytearray:
-        """Return the file mapped into memory, or a buffer if it cannot be mapped.
+        """Return the file of the note mapped into memory, or a buffer if that fails.
 
         size : bytes of both
         """
@@ -76,7 +80,7 @@ class Running(AbstractContextManager["Running"]):
             return bytearray(size)
 
     def __exit__(self, *error: object) -> None:
-        """Remove the file, since this process ends in an orderly way."""
+        """Remove the file of the note, since this process ends in an orderly way."""
         with suppress(OSError):  # the file is no longer needed
             self._file.close()
         with suppress(OSError):
@@ -85,14 +89,14 @@ class Running(AbstractContextManager["Running"]):
 
 @dataclass(frozen=True)
 class Note:
-    """Content of a heartbeat file: a process and the cases that it computes.
+    """Content of a heartbeat file: which process computes which cases.
 
     Attributes
     ----------
     rank, host, pid : rank, host and number of the process
     digests : digests of the cases: one, or several while kernels are compiled
-    since : start of these cases, s since 1970; None if unknown
-    ticks : start of the process, see `begun`; None if unknown
+    since : time at which these cases were begun, s since 1970; None if unknown
+    ticks : start of the process, clock ticks since the boot; None if unknown
     """
 
     rank: int
@@ -110,7 +114,7 @@ class Note:
 
 
 def _note(path: Path) -> Note | None:
-    """Return the content of a heartbeat file; None if it is incomplete."""
+    """Return the note that a heartbeat file holds; None if it was written in part."""
     try:
         line, end, _ = read_regular(path).partition(b"\n")
         known = opened(line + end) or {}
@@ -126,7 +130,7 @@ def _note(path: Path) -> Note | None:
 
 
 class Notes:
-    """The heartbeat files of a campaign: which case each process computes.
+    """The heartbeat files in a campaign's directory: which cases each process computes.
 
     folder : the campaign's directory
     """
@@ -135,7 +139,7 @@ class Notes:
         self.folder, self.place = folder, folder / "running"
 
     def _whole(self) -> list[tuple[Path, Note]]:
-        """Return (path, content) of each complete heartbeat file; skip others."""
+        """Return (path, content) of each heartbeat file that is complete."""
         try:
             paths = listed(self.place, ".log")
         except MissingFileError:
@@ -143,7 +147,7 @@ class Notes:
         return [(path, note) for path in paths if (note := _note(path)) is not None]
 
     def all(self) -> list[Note]:
-        """Return the contents of all complete files, also of dead processes."""
+        """Return the contents of complete heartbeat files, also of dead processes."""
         return [note for _, note in self._whole()]
 
     def crashes(self) -> Counter[str]:
@@ -151,7 +155,7 @@ class Notes:
         return Counter(digest for note in self.all() for digest in note.digests)
 
     def sweep(self, older: float) -> None:
-        """Remove incomplete heartbeat files of dead processes.
+        """Remove heartbeat files of dead processes that were written only in part.
 
         Such notes name no case, so `forget` would never remove them.
 
@@ -165,7 +169,9 @@ class Notes:
                         path.unlink()
 
     def forget(self, finished: Collection[str]) -> None:
-        """Remove files whose cases have all ended, but none of a living process.
+        """Remove the notes whose cases have all ended meanwhile.
+
+        A note of a process that is alive on this host is kept.
 
         finished : digests of ended cases
         """
@@ -181,10 +187,10 @@ class Notes:
 
 @cache
 def machine() -> str:
-    """Return an identity shared by the processes that see each other's process numbers.
+    """Return a text equal for all processes that see each other's process numbers.
 
-    The identity consists of the boot's number and the name space of process numbers:
-    two machines may have one name, and two containers may share a machine.
+    It consists of the number of the boot and the name space of process numbers: two
+    machines may have one name, and two containers may share a machine.
     """
     try:
         boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii")
@@ -195,10 +201,12 @@ def machine() -> str:
 
 
 def begun(pid: int) -> int | None:
-    """Return the start of a process of this machine, in clock ticks since the boot.
+    """Return when a process of this machine was started, in clock ticks since the boot.
 
-    The start distinguishes a process from a later one with the same number. None if no
-    such process exists, or its start is unknown.
+    This distinguishes a process from a later one with the same number. None if no such
+    process exists, or its start is unknown.
+
+    pid : number of the process
     """
     state = _state(pid)
     return int(state[19]) if state else None
@@ -226,7 +234,10 @@ def is_alive(pid: int, ticks: int | None = None) -> bool:
 
 
 def _state(pid: int) -> list[str] | None:
-    """Return the fields of /proc/PID/stat after the command's name; None: no file."""
+    """Return what Linux tells of a process: the fields of /proc/PID/stat.
+
+    These are the fields after the command's name; None if there is no such file.
+    """
     try:
         text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:

@@ -1,8 +1,8 @@
-"""Journals: one record per finished case, one file per rank and run, and their traces.
+"""Journals: files to which each rank appends a record and traces of every ended case.
 
-Records (module `record`) are written and synced in groups, about once a second. Records
-with a wrong checksum are dropped: a flipped bit costs one case, an interrupted write
-the group that was being written.
+There is one journal per rank and run. Records (module `record`) are written and synced
+in groups, about once a second. Records with a wrong checksum are dropped: a flipped bit
+costs one case, an interrupted write the group that was being written.
 
 The CRC detects accidents: an interrupted write, a flipped bit, a truncated copy. It is
 no signature. Anyone who may write in a campaign's directory can write rows that were
@@ -43,7 +43,7 @@ NUMBERED = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?\.[a-z0-9]+", re.ASCII)
 
 
 class Journals:
-    """The journals and traces in a campaign's directory.
+    """All journals and trace files in a campaign's directory, for reading.
 
     folder : the campaign's directory
     """
@@ -61,7 +61,7 @@ class Journals:
         return listed(self.blocks, ".bin")
 
     def rows(self) -> Iterator[Rows]:
-        """Yield all records of all journals in batches, the oldest first.
+        """Yield all records of all journals in batches (`Rows`), the oldest first.
 
         Raises
         ------
@@ -73,25 +73,31 @@ class Journals:
             yield from rows_in(path, sizes)
 
     def records(self) -> Iterator[Record]:
-        """Yield the complete records, the oldest first; one at a time is in memory."""
+        """Yield all complete records of all journals one by one, the oldest first."""
         for rows in self.rows():
             yield from map(rows.record, range(len(rows)))
 
     def newest(self) -> dict[str, Record]:
-        """Return {case digest: its newest complete record}."""
+        """Return {digest of a computation: its newest complete record}."""
         return {record["digest"]: record for record in self.records()}
 
     def by_file(self) -> dict[str, list[Record]]:
-        """Return {journal: its records in written order}, the oldest run first."""
+        """Return {journal's name: its records in written order}, oldest run first."""
         out = defaultdict[str, list[Record]](list)
         for rows in self.rows():
             out[rows.journal.stem] += map(rows.record, range(len(rows)))
         return out
 
     def traces(self, block: Record) -> dict[str, NDArray[np.float64]]:
-        """Return {trace: array} of a record's block of traces; refuse a damaged one.
+        """Read the traces of a case from its trace file; return {trace: array}.
 
-        block : entry `traces` of the record: file, offset, bytes, CRC-32 and shapes
+        block : entry `traces` of the case's record: file, offset, bytes, CRC-32 and
+            shapes
+
+        Raises
+        ------
+        MissingFileError, StoreError
+            where the traces cannot be read, or are damaged
         """
         path = self.blocks / Path(block["file"]).name
         try:
@@ -120,11 +126,11 @@ class Journals:
         return True
 
     def next_run(self) -> int:
-        """Return the next unused run number."""
+        """Return the next run's number: one more than the largest so far."""
         return 1 + max(map(run_of, self.files()), default=0)
 
     def claim_run(self) -> int:
-        """Reserve a run number by making the journal of rank 0; return the number.
+        """Reserve and return a number for this run, by making rank 0's journal.
 
         Shards of an array may start at once on several hosts: if the journal exists,
         the next number is tried.
@@ -147,16 +153,16 @@ class Journals:
 
 
 def journal_name(run: int, rank: int) -> str:
-    """Return the name of the journal of a rank of a run."""
+    """Return the file name of the journal that a rank writes in a run."""
     return f"{run:04d}-{rank:05d}.log"
 
 
 class Journal(AbstractContextManager["Journal"]):
-    """The journal and trace file of one rank of one run.
+    """The journal and trace file that one rank writes in one run.
 
-    Finished cases are written in groups, with one sync of each file, when `EVERY`
-    seconds have passed since the last group or `MOST` bytes wait. So a kill loses the
-    cases of the last `EVERY` seconds and the one being computed.
+    Ended cases are written in groups, with one sync of each file, when `EVERY` seconds
+    have passed since the last group or `MOST` bytes wait. So a kill loses the cases of
+    the last `EVERY` seconds and the one being computed.
 
     Parameters
     ----------
@@ -195,14 +201,17 @@ class Journal(AbstractContextManager["Journal"]):
         self._end = self._blocks.seek(0, os.SEEK_END)
 
     def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
-        """Add a finished case; write the group of waiting cases if that is due.
+        """Add record and traces of an ended case; write those that wait if it is time.
 
+        Parameters
+        ----------
+        record : the record
         traces : {trace: array} of the case
 
         Raises
         ------
         MissingFileError
-            where a group cannot be written; earlier groups stay complete
+            where waiting records cannot be written; those written earlier stay complete
         """
         data = b""
         if traces:
@@ -215,7 +224,9 @@ class Journal(AbstractContextManager["Journal"]):
         self.keep_due()
 
     def keep_due(self) -> None:
-        """Write the waiting cases to disk if a group is due; else return at once.
+        """Write the waiting records to disk if it is time; else return at once.
+
+        It is time `EVERY` seconds after the last write, or when `MOST` bytes wait.
 
         Raises
         ------
@@ -227,13 +238,13 @@ class Journal(AbstractContextManager["Journal"]):
             self.keep()
 
     def keep(self) -> None:
-        """Write the waiting cases to disk and sync them.
+        """Write the waiting records and traces to disk and sync them.
 
         Raises
         ------
         MissingFileError
-            where the cases cannot be written; earlier groups stay complete, and so do
-            the waiting cases before the first one that does not fit on the disk
+            where they cannot be written; those written earlier stay complete, and so do
+            the waiting ones before the first that does not fit on the disk
         """
         group = self._group
         if not group:
@@ -250,7 +261,7 @@ class Journal(AbstractContextManager["Journal"]):
             self._begin_group()
 
     def _keep(self, group: list[tuple[bytes, bytes]]) -> None:
-        """Write a group of cases, all or none: traces first, then the records.
+        """Write records with their traces, all or none: traces first, then the records.
 
         group : (bytes of the record, bytes of the traces) of each case
         """
@@ -269,7 +280,7 @@ class Journal(AbstractContextManager["Journal"]):
         self._head = b""  # the header is written once
 
     def _keep_names(self) -> None:
-        """Sync the directories of both files, so that their names survive a crash."""
+        """Sync the folders of journal and traces: their names survive a crash."""
         if self._named:
             return
         own = self.journals
@@ -279,7 +290,7 @@ class Journal(AbstractContextManager["Journal"]):
         self._named = True
 
     def __exit__(self, *error: object) -> None:
-        """Write the waiting cases and close both files."""
+        """Write the waiting records and close journal and trace file."""
         with telling(f"in {self.journals.folder}"), self._both:
             self.keep()
 
@@ -287,6 +298,9 @@ class Journal(AbstractContextManager["Journal"]):
 def _write(file: FileIO, parts: Iterable[bytes]) -> None:
     """Append bytes to a file and sync it; if that fails, restore its former size.
 
+    Parameters
+    ----------
+    file : the file
     parts : the bytes, in pieces
     """
     with telling(str(file.name)):
@@ -304,20 +318,20 @@ def _write(file: FileIO, parts: Iterable[bytes]) -> None:
 
 
 def listed(folder: Path, ending: str) -> list[Path]:
-    """Return the files of a directory sorted by run and rank; [] if it does not exist.
+    """Return the files of a folder, in the order of the run and rank in their names.
 
     Runs and ranks are compared as numbers, since as text 10000 comes before 9999. Names
-    without numbers come first.
+    without numbers come first; [] if the folder does not exist.
 
     Parameters
     ----------
-    folder : one of the directories of a campaign
+    folder : one of the folders in a campaign's directory
     ending : ending of the file names, e.g. ``.log``
 
     Raises
     ------
     MissingFileError
-        where the directory cannot be listed, which must not be taken for an empty one
+        where the folder cannot be listed, which must not be taken for an empty one
     """
     try:
         names = os.listdir(folder)  # noqa: PTH208 - glob is silent where it may not look
@@ -332,7 +346,7 @@ def listed(folder: Path, ending: str) -> list[Path]:
 
 
 def run_of(path: Path) -> int:
-    """Return the run number in the name of a file; 0: the name has none."""
+    """Return the run number in the name of a journal or other file; 0: it has none."""
     return _order(path)[0]
 
 

@@ -1,4 +1,4 @@
-"""The plan of a campaign directory, `campaign.json`, and what may continue it."""
+"""The plan of a campaign, file `campaign.json`, and which new plan may continue it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ REMEDY = (
 
 @dataclass(frozen=True)
 class Manifest:
-    """The plan of a campaign, with all inputs; `campaign.json` stores it.
+    """The plan of a campaign: its cases with all inputs, as `campaign.json` stores it.
 
     Attributes
     ----------
@@ -67,12 +67,15 @@ class Manifest:
 
     @cached_property
     def table(self) -> Table:
-        """The values that cases set, as columns."""
+        """The values of the inputs that cases set, one array for each input."""
         return Table.of(self.settings)
 
     def values(self, name: str, default: Any = None) -> list[Any]:
-        """Return the values of the input `name`: that in `base`, then of the cases.
+        """Return the values of an input: that of all cases, then those that cases set.
 
+        Parameters
+        ----------
+        name : dotted name of the input
         default : value where the plan has none
         """
         base = self.base.get(name, default)
@@ -80,9 +83,9 @@ class Manifest:
 
 
 def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
-    """Return {dotted input: value} of a plan's `base`.
+    """Return {dotted input: value} from the entry `base` of a plan.
 
-    Entries of `base` that are no inputs are left out.
+    Entries of `base` that are no inputs, such as digests, are left out.
     """
     return {
         n: v
@@ -92,7 +95,7 @@ def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class PlanFile:
-    """The file of a campaign's plan, `campaign.json`.
+    """The file of a campaign's plan, `campaign.json`, which it reads and writes.
 
     folder : the campaign's directory
     """
@@ -101,9 +104,13 @@ class PlanFile:
         self.folder, self.path = folder, folder / NAME
 
     def write(self, plan: Manifest, check: Check = anyone) -> None:
-        """Write a plan, with its SHA-256.
+        """Replace the file by that of a new plan, with its SHA-256 in the first line.
 
-        check : raises if another process has taken over the directory, see `publish`
+        Parameters
+        ----------
+        plan : the plan
+        check : called before the file is replaced; raises if another process has taken
+            over the directory
         """
         if not isinstance(plan.digests, CaseDigests):  # a refined plan with all cases
             raise TypeError
@@ -118,7 +125,7 @@ class PlanFile:
         write_whole(self.path, SEALED % _sha256(body) + body[2:], check)
 
     def read(self) -> Manifest:
-        """Return the plan.
+        """Return the plan that the file holds, after checking the file's SHA-256.
 
         Raises
         ------
@@ -140,10 +147,12 @@ class PlanFile:
         return plan
 
     def check_same(self, old: Manifest, new: Manifest) -> None:
-        """Raise InputError, naming the change, if `new` may not continue plan `old`.
+        """Raise InputError, naming the change, if a plan may not continue the old one.
 
         A campaign may get more cases: swept lists may grow, and further inputs may be
         swept if their former value is among the swept values.
+
+        old, new : plan in the file, and plan of this call
         """
         own = "use another --out, the same inputs as before, or --fresh to start over"
         begun = f"{self.folder} was begun"
@@ -193,9 +202,11 @@ def _parsed(path: Path, text: bytes) -> Manifest:
 
 
 def _unpacked(data: dict[str, Any]) -> bool:
-    """Replace the key `cases` of a plan read from JSON by `digests` and `settings`.
+    """Turn the entry `cases` of a plan read from JSON into `digests` and `settings`.
 
     Return whether the plan has the keys that it must have.
+
+    data : the parsed file, changed here
     """
     keys = {"cases", "reads", *Manifest.__dataclass_fields__} - {"digests", "settings"}
     if data.keys() != keys:
@@ -210,7 +221,7 @@ def _unpacked(data: dict[str, Any]) -> bool:
 
 
 def _has_types(data: dict[str, Any]) -> bool:
-    """Return whether the entries of a plan, read from JSON, have the right types."""
+    """Return whether the entries of a plan read from JSON have the right types."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
     kinds |= {"extended": list, "twins": dict, "refine": dict}
     return (
@@ -231,8 +242,10 @@ def digests_of(plan: Manifest) -> Digests:
 def _check_twins(
     old: Mapping[str, Any], new: Mapping[str, Any], begun: str, own: str
 ) -> None:
-    """Raise InputError if new twins would be perturbed differently from old ones.
+    """Raise InputError if a new plan would change the inputs of twins in another way.
 
+    Parameters
+    ----------
     old, new : tables [twins] of the plan in the directory and of the new one
     begun, own : beginning and end of the message
     """
@@ -244,7 +257,9 @@ def _check_twins(
 
 
 def _changed_file(old: Manifest, new: Manifest) -> str:
-    """Return the name of a swept engine file whose content has changed, else "".
+    """Return the path of an engine file that has changed since the plan was stored.
+
+    "" if none has; only swept engine files are compared.
 
     old, new : plan in the directory, and plan of this run
     """
@@ -255,7 +270,14 @@ def _changed_file(old: Manifest, new: Manifest) -> str:
 
 
 def _values(plan: Manifest, name: str, swept: list[str]) -> list[Any]:
-    """Return the distinct values of the input `name` in a plan; [] if in `swept`."""
+    """Return the different values of an input in a plan; [] if the input is in `swept`.
+
+    Parameters
+    ----------
+    plan : the plan
+    name : dotted name of the input
+    swept : inputs that were swept before, whose values may change
+    """
     if name in swept:
         return []
     if name not in plan.swept:

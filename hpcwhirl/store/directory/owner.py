@@ -1,4 +1,4 @@
-"""Claims on a campaign's directory: one process computes, one writes results.
+"""Claims on a campaign's directory: one process computes there, one writes results.
 
 A claim is a file in `owners/`. A process first makes its claim and then reads all
 others; if one of them excludes it, the process removes its own claim and waits. Since
@@ -48,18 +48,24 @@ CAREFUL = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 
 
 class BrokenOffError(MissingFileError):
-    """Raised where a stop request interrupts waiting for another process."""
+    """Raised where a stop request ends the wait for another process's claim."""
 
 
 def shard_claim(number: int, of: int) -> str:
-    """Return the kind of claim by which shard `number` of `of` claims its cases."""
+    """Return the kind of claim that a run makes on the cases of a shard.
+
+    number, of : the run computes part `number`, from 1, of `of` parts of the campaign
+    """
     return f"shard-{number}-of-{of}"
 
 
 def in_the_way(one: str, other: str) -> bool:
-    """Return whether two kinds of claims, `one` and `other`, exclude each other.
+    """Return whether two kinds of claims on one directory exclude each other.
 
-    Shards I/N and J/N do not exclude each other, nor do a run and writing of results.
+    Shards I/N and J/N do not exclude each other, nor do a run and the writing of
+    results.
+
+    one, other : `CAMPAIGN`, `RESULTS` or a `shard_claim`
     """
     if RESULTS in (one, other) or CAMPAIGN in (one, other):
         return (one == RESULTS) == (other == RESULTS)
@@ -69,7 +75,7 @@ def in_the_way(one: str, other: str) -> bool:
 
 @dataclass(frozen=True)
 class Owner:
-    """Who made a claim on a campaign's directory, and when it was last renewed.
+    """The process that made a claim on a campaign's directory, from the claim's file.
 
     Attributes
     ----------
@@ -85,11 +91,11 @@ class Owner:
 
     @property
     def here(self) -> bool:
-        """Whether the claim's process is on this machine."""
+        """Whether the process of the claim runs on this machine."""
         return self.known.get("machine") == machine()
 
     def __str__(self) -> str:
-        """Return process, host, start and command as text."""
+        """Return number, host, start and command of the process, for messages."""
         if not self.known:
             return f"an unknown process ({self.path})"
         since = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(self.known["since"]))
@@ -98,7 +104,10 @@ class Owner:
 
 
 class Claim(AbstractContextManager["Claim"]):
-    """A claim of this process on a campaign's directory, renewed until it is released.
+    """A claim of this process on a campaign's directory, until it is released.
+
+    While it is held, a thread renews the time stamp of its file as a sign of life. Used
+    in a `with` statement, it is released at the end.
 
     Parameters
     ----------
@@ -115,7 +124,7 @@ class Claim(AbstractContextManager["Claim"]):
         self._made: list[Path] = []
 
     def put(self) -> int:
-        """Make the file of the claim; return its time, ns since 1970.
+        """Make the file of the claim; return its time stamp, ns since 1970.
 
         Raises
         ------
@@ -145,9 +154,9 @@ class Claim(AbstractContextManager["Claim"]):
         return os.open(self.path, NEW, 0o644)
 
     def _make_folders(self, place: Path) -> None:
-        """Make the directory `owners`; for a computing process also its parents.
+        """Make the folder `owners`; for a run, also the campaign's directory.
 
-        place : path of that directory
+        place : path of the folder `owners`
         """
         if self.kind != RESULTS and not self.claims.folder.exists():
             make_folders(self.claims.folder)
@@ -155,7 +164,7 @@ class Claim(AbstractContextManager["Claim"]):
         place.mkdir(exist_ok=True)
 
     def take_back(self) -> None:
-        """Remove the claim, and the directories made for it, if they are empty."""
+        """Remove the file of the claim, and folders made for it if they are empty."""
         with suppress(OSError):
             self.path.unlink()
         for place in (self.path.parent, *self._made):
@@ -163,40 +172,36 @@ class Claim(AbstractContextManager["Claim"]):
                 place.rmdir()
 
     def live(self) -> None:
-        """Start a thread that renews the claim's time stamp every `PULSE` seconds."""
+        """Start the thread that renews the claim's time stamp every `PULSE` seconds."""
         self._thread.start()
 
     @property
     def held(self) -> bool:
-        """Whether the file of the claim still exists."""
+        """Whether this process still has the directory: the claim's file exists."""
         return self.path.exists()
 
     def check(self) -> None:
-        """Raise if another process has taken over the directory; publish nothing then.
+        """Raise StoreError if another process has taken over the directory.
 
-        A process that was suspended for longer than `STALE` does not know that it has
-        lost the directory. Only the time between two system calls is not protected.
-
-        Raises
-        ------
-        StoreError
-            where the claim no longer exists
+        It is called before a file is published. A process that was suspended for longer
+        than `STALE` does not know that it has lost the directory. Only the time between
+        two system calls is not protected.
         """
         if not self.held:
             msg = f"nothing is written in {self.claims.folder}: another process has "
             raise StoreError(msg + "taken over meanwhile")
 
     def release(self) -> None:
-        """Remove the claim."""
+        """Free the directory for other processes: remove the file of the claim."""
         self._end.set()
         self.take_back()
 
     def __exit__(self, *error: object) -> None:
-        """Release the claim."""
+        """Release the claim at the end of the block."""
         self.release()
 
     def moved(self, claims: Claims) -> None:
-        """Follow a renaming of the campaign's directory.
+        """Follow the claim's file after the campaign's directory was renamed.
 
         claims : claims on the renamed directory
         """
@@ -217,7 +222,7 @@ class Claim(AbstractContextManager["Claim"]):
 
 @dataclass
 class Asking:
-    """Options for making a claim.
+    """How a process makes a claim: which others count as dead, how it waits for them.
 
     Attributes
     ----------
@@ -237,7 +242,10 @@ class Asking:
     def is_dead(self, other: Owner, now: int) -> bool:
         """Return whether the process of another claim counts as dead.
 
-        now : time of this process's claim, ns since 1970 by the clock of the file
+        Parameters
+        ----------
+        other : the other claim
+        now : time stamp of this process's claim, ns since 1970 by the clock of the file
             system
         """
         if other.here:
@@ -251,13 +259,22 @@ class Asking:
         return now - other.changed > 1e9 * STALE or seen_for > STALE
 
     def is_alive(self, other: Owner) -> bool:
-        """Return whether another claim, not known to be dead, shows signs of life."""
+        """Return whether another claim has shown a sign of life since first seen.
+
+        A process on this machine, of which `is_dead` is false, is alive.
+        """
         return other.here or self._seen[other.path][0] != other.changed
 
     def waited(self, others: list[Owner], claim: Claim) -> None:
-        """Print the process that this one waits for; refuse to wait for a living run.
+        """Print which process is waited for; raise InputError if it is a living run.
 
-        others, claim : owners of the claims that exclude this process's claim, `claim`
+        It is called after each wait. Waiting for the writing of results is never
+        refused.
+
+        Parameters
+        ----------
+        others : the claims that exclude this process's claim
+        claim : this process's claim
 
         Raises
         ------
@@ -283,7 +300,7 @@ class Asking:
 
 
 class Claims:
-    """The claims on a campaign's directory.
+    """All claims on a campaign's directory.
 
     folder : the campaign's directory
     """
@@ -292,13 +309,13 @@ class Claims:
         self.folder, self.place = folder, folder / "owners"
 
     def make(self, kind: str, asking: Asking | None = None) -> Claim:
-        """Return a new claim; wait for claims that exclude it.
+        """Make a claim on the directory, once no other claim excludes it; return it.
 
         Parameters
         ----------
         kind : `CAMPAIGN` or a `shard_claim`, refused while another run is alive; or
             `RESULTS`, which waits until other processes have written their results
-        asking : options; None: the defaults, without output
+        asking : how to wait; None: the defaults, without output
 
         Raises
         ------
@@ -323,7 +340,7 @@ class Claims:
             time.sleep(random.uniform(*PAUSE))
 
     def owners(self) -> list[Owner]:
-        """Return all claims, of living and dead processes."""
+        """Return who made each claim on the directory, living and dead processes."""
         try:
             names = sorted(os.listdir(self.place))  # noqa: PTH208 - errors are told
         except FileNotFoundError:
@@ -335,9 +352,12 @@ class Claims:
 
 
 def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
-    """Return the claims of living processes that exclude `own`; remove all dead claims.
+    """Return the claims of living processes that exclude a claim; remove dead claims.
 
-    now : time of the claim `own`, ns since 1970
+    Parameters
+    ----------
+    own : the claim
+    now : its time stamp, ns since 1970
     asking : options, which decide when a process counts as dead
     """
     found = []
@@ -356,7 +376,7 @@ def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
 
 
 def _owner(path: Path) -> Owner | None:
-    """Return the `Owner` of a claim by its file; None if that is no regular file."""
+    """Return who made a claim, from its file; None if that is no regular file."""
     data = b""
     try:
         state = path.lstat()
@@ -376,7 +396,10 @@ def _owner(path: Path) -> Owner | None:
 
 
 def _known(data: bytes) -> dict[str, Any]:
-    """Return {name: value} of a claim, see `Owner`, from its file; {} if damaged."""
+    """Return what a claim's file says of its process, {name: value}; {} if damaged.
+
+    data : content of the file
+    """
     kinds = {"host": str, "machine": str, "pid": int, "command": str}
     try:
         known = json.loads(data)

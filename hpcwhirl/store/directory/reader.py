@@ -1,8 +1,9 @@
-"""Reading journals: complete records, in batches, as columns or one by one.
+"""Read journals: their complete records, in batches, as arrays or one by one.
 
 A record counts if its slot and its text match their checksums, if it has a digest and a
 status (and, if the status is ok, a row), and if its traces, if any, are complete. So a
-flipped bit costs one case, an interrupted write the group that was being written.
+flipped bit costs one case, an interrupted write the group that was being written. How
+records are stored is described in the module `record`.
 """
 
 from __future__ import annotations
@@ -51,14 +52,17 @@ Cases = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Rows:
-    """Some records of a journal: their slots of fixed size, and their texts.
+    """A batch of records of one journal, whose fields are read as arrays.
+
+    A record has a slot of fixed size with binary fields, and further entries as text.
 
     Attributes
     ----------
     journal : file of the journal
     header : header of the journal
-    slots : (records,), structured array with the dtype of the header's layout
-    starts : (records,), byte at which each record begins
+    slots : (records,), structured array of the slots, with the dtype of the header's
+        layout
+    starts : (records,), byte of the file at which each record begins
     texts : {index of a record: entries for which the layout has no binary field}
     """
 
@@ -69,11 +73,14 @@ class Rows:
     texts: Mapping[int, Record]
 
     def __len__(self) -> int:
-        """Return the number of records."""
+        """Return the number of records in the batch."""
         return len(self.slots)
 
     def take(self, which: Cases) -> Rows:
-        """Return the records with the indices `which`, all different."""
+        """Return a batch of only those records of this one that have given indices.
+
+        which : (m,), indices of the records, all different
+        """
         if np.array_equal(which, np.arange(len(self))):
             return self
         texts = self.texts
@@ -86,7 +93,7 @@ class Rows:
 
     @cached_property
     def others(self) -> dict[str, dict[int, Any]]:
-        """Values in texts of records: {`TABLE.NAME`: {index of the record: value}}.
+        """Values that records hold as text: {`TABLE.NAME`: {record's index: value}}.
 
         These are the values for which the journal's layout has no binary field.
         """
@@ -100,7 +107,10 @@ class Rows:
         return out
 
     def has(self, name: str) -> Bools:
-        """Return which records have a value in the field `name`, (records,)."""
+        """Return for each record whether it has a value in a binary field, (records,).
+
+        name : full name of the field
+        """
         place = self.header.layout.place.get(name)
         if place is None:
             return np.zeros(len(self), dtype=bool)
@@ -108,7 +118,10 @@ class Rows:
         return np.asarray(bits & 1, dtype=bool)
 
     def has_any(self, table: str) -> Bools:
-        """Return which records have a value in any field of a table, (records,)."""
+        """Return for each record whether it has a value of a table, (records,).
+
+        table : table of the record, such as "row"
+        """
         places = [p for n, p in self.header.layout.place.items()
                   if n.startswith(f"{table}.")]  # fmt: skip
         bits = np.zeros(8 * self.slots["has"].shape[1], dtype=np.uint8)
@@ -120,7 +133,13 @@ class Rows:
         return found
 
     def numbers(self, name: str, empty: float) -> Array:
-        """Return the numbers in the field `name`, (records,); `empty`: no number."""
+        """Return the number that each record has in a field, (records,).
+
+        Parameters
+        ----------
+        name : full name of the field
+        empty : value for a record without a number
+        """
         out = np.full(len(self), empty)
         has = self.has(name)
         if has.any():
@@ -132,7 +151,10 @@ class Rows:
         return out
 
     def words(self, name: str) -> NDArray[np.object_]:
-        """Return the words in the field `name`, (records,); "none": no word."""
+        """Return the word that each record has in a field, (records,); "none": no word.
+
+        name : full name of the field
+        """
         has, own = self.has(name), self.header.layout.words.get(name, ())
         known = np.array([*map(str, own), "none"], dtype=object)
         codes = self.slots[name] if len(own) else len(own)
@@ -142,14 +164,20 @@ class Rows:
         return out
 
     def record(self, number: int) -> Record:
-        """Return the record with the index `number` as {name: value}."""
+        """Return one record of the batch as {name: value}.
+
+        number : index of the record
+        """
         text = self.texts.get(number, {})
         return self.header.record(self.slots[number].tobytes(), text)
 
 
 def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
-    """Yield the complete records of a journal in batches.
+    """Yield the complete records of a journal in batches, in written order.
 
+    Parameters
+    ----------
+    path : file of the journal
     sizes : {file of traces: bytes}, a cache that this function fills
 
     Raises
@@ -177,9 +205,13 @@ def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
 
 
 def rows_at(path: Path, header: Header, starts: Cases) -> Rows:
-    """Return the records of a journal that begin at given bytes, in that order.
+    """Read the records that begin at given bytes of a journal, in the given order.
 
-    header, starts : header of the journal; first byte of each record
+    Parameters
+    ----------
+    path : file of the journal
+    header : header of the journal
+    starts : (records,), first byte of each record
 
     Raises
     ------
@@ -208,20 +240,20 @@ def rows_at(path: Path, header: Header, starts: Cases) -> Rows:
 
 
 def _text_bytes(slot: bytes) -> int:
-    """Return the length of a slot's text in bytes; 0 if the slot is cut short."""
+    """Return how many bytes of text follow a record's slot; 0 if that is cut short."""
     if len(slot) < CHECKED + NUMBERS.size:
         return 0
     return int(NUMBERS.unpack_from(slot, CHECKED)[0])
 
 
 def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Rows, int]:
-    """Return the complete records in some bytes of a journal, and the bytes consumed.
+    """Return the complete records in a part of a journal, and the byte where they end.
 
     Parameters
     ----------
     path, header : file of the journal, and its header
-    data : some bytes of the journal, which need not begin with a slot
-    last : whether these are the last bytes of the journal
+    data : the part of the journal, which need not begin with a slot
+    last : whether it is the last part of the journal
     """
     layout = header.layout
     found, end = _whole_slots(header, data)
@@ -243,11 +275,15 @@ def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Row
 
 
 def _slots_at(starts: Cases, data: bytes, layout: Layout) -> Array:
-    """Return the slots that begin at given bytes, (slots,), as a structured array.
+    """Return the slots that begin at given bytes as a structured array, (slots,).
 
     If the slots lie one after the other, they are not copied.
 
-    starts, data, layout : ascending positions in `data`, bytes of a journal; its layout
+    Parameters
+    ----------
+    starts : (slots,), ascending positions in `data`
+    data : part of a journal
+    layout : layout of the journal's slots
     """
     if not len(starts):
         return np.zeros(0, layout.dtype)
@@ -258,9 +294,16 @@ def _slots_at(starts: Cases, data: bytes, layout: Layout) -> Array:
 
 
 def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
-    """Return where undamaged slots begin in bytes of a journal, and the bytes consumed.
+    """Return where undamaged slots begin in a part of a journal, and where they end.
 
+    Parameters
+    ----------
     header : header of the journal
+    data : part of the journal
+
+    Returns
+    -------
+    (slots,), position of each undamaged slot; and the number of bytes examined
     """
     size, found, place, run = header.layout.size, [np.zeros(0, np.int64)], 0, 1
     while place + size <= len(data):
@@ -279,9 +322,12 @@ def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
 
 
 def _are_whole(header: Header, data: memoryview) -> Bools:
-    """Return which slots have the right tag and checksum, (slots,).
+    """Return for each slot whether its tag and its checksum are right, (slots,).
 
-    header, data : header of the journal; the slots, one after the other
+    Parameters
+    ----------
+    header : header of the journal
+    data : the slots, one after the other
     """
     slots, rest = np.frombuffer(data, header.layout.dtype), header.layout.size - CHECKED
     crc = list(starmap(zlib.crc32, struct.iter_unpack(f"{CHECKED}x{rest}s", data)))
@@ -289,9 +335,12 @@ def _are_whole(header: Header, data: memoryview) -> Bools:
 
 
 def _text(slots: Array, layout: Layout) -> Record | None:
-    """Return the entries that a record has as text; None if damaged.
+    """Return the entries that a record holds as text; None if the text is damaged.
 
-    slots, layout : slot of the record, then those of its text; layout of the journal
+    Parameters
+    ----------
+    slots : slot of the record, then those that hold its text
+    layout : layout of the journal's slots
     """
     first, more = slots[0], slots[1:]
     whole = (more["after"] == first["crc"]).all()
@@ -303,7 +352,7 @@ def _text(slots: Array, layout: Layout) -> Record | None:
 
 @lru_cache(maxsize=256)
 def _json(text: bytes) -> Record | None:
-    """Return the JSON object in some bytes, None for anything else; cached."""
+    """Return the JSON object that some bytes hold, None for anything else; cached."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):  # not written by this program
@@ -312,7 +361,10 @@ def _json(text: bytes) -> Record | None:
 
 
 def _have_words(slots: Array, layout: Layout) -> Bools:
-    """Return which slots have only word codes that the layout knows, (slots,)."""
+    """Return for each slot whether the header has words for its codes, (slots,).
+
+    A slot stores a word as its index (code) in the list of words in the header.
+    """
     good = np.ones(len(slots), dtype=bool)
     for name, words in layout.words.items():
         good &= slots[name] < max(len(words), 1)
@@ -320,8 +372,14 @@ def _have_words(slots: Array, layout: Layout) -> Bools:
 
 
 def _are_of_cases(rows: Rows, sizes: dict[str, int]) -> Bools:
-    """Return which records count by the rule in this module's docstring, (records,).
+    """Return for each record whether it counts as the end of a case, (records,).
 
+    It must have a digest and a known status, a row if it is ok, and complete traces if
+    it has any.
+
+    Parameters
+    ----------
+    rows : records
     sizes : {file of traces: bytes}, a cache
     """
     words = rows.header.layout.words.get("status", ())
@@ -341,8 +399,11 @@ def _are_of_cases(rows: Rows, sizes: dict[str, int]) -> Bools:
 
 
 def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
-    """Return which records have either no traces or complete ones, (records,).
+    """Return for each record whether its traces, if any, are complete, (records,).
 
+    Parameters
+    ----------
+    rows : records of a journal
     sizes : {file of traces: bytes}, a cache
     """
     traced = np.flatnonzero(rows.has_any("traces"))
@@ -365,7 +426,7 @@ def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
 def samples_of(text: Record) -> int | None:
     """Return the number of samples in the traces of a record; None without traces.
 
-    text : entries of the record that have no binary field
+    text : the entries that the record holds as text
     """
     try:
         return int(text["traces"]["shapes"]["time"][0])
@@ -374,7 +435,7 @@ def samples_of(text: Record) -> int | None:
 
 
 def _size(traces: Path) -> int:
-    """Return the size of a trace file in bytes, 0 if the file does not exist."""
+    """Return the size of a trace file, bytes; 0 if the file does not exist."""
     try:
         state = traces.stat()
         return state.st_size if stat.S_ISREG(state.st_mode) else 0

@@ -1,10 +1,11 @@
-"""Records: a binary row of fixed size for each computation, followed by optional text.
+"""How a journal stores records: a binary slot of fixed size each, and optional text.
 
-A journal is a header, written twice, and slots of equal size. The header lists the
-fields of the records (table, name, kind and words of each), the identity of the plan to
-which case numbers refer, and the file of the traces. Each copy of the header is a magic
-number, the length and CRC-32 of its JSON, and that JSON. So a program with other fields
-or words reads the journal correctly, and damage to one copy costs nothing.
+A record says how one computation ended. A journal is a header, written twice, and slots
+of equal size. The header lists the fields of the records (table, name, kind and words
+of each), the identity of the plan to which case numbers refer, and the file of the
+traces. Each copy of the header is a magic number, the length and CRC-32 of its JSON,
+and that JSON. So a program with other fields or words reads the journal correctly, and
+damage to one copy costs nothing.
 
 A slot is a tag (the CRC-32 of the header's JSON), the CRC-32 of the rest, two numbers
 and a body. The body of a record has one bit for each field, set if the record has a
@@ -52,11 +53,12 @@ TYPE = "<f8"
 
 
 class Layout:
-    """Fields of the records of a journal in order, and how a slot stores them.
+    """The fields of a journal's records, and where a record's slot stores each of them.
 
     Parameters
     ----------
-    fields : tuples (table of the record or "", name, kind, words of the kind `word`)
+    fields : (table of the record or "", name, kind, words of the kind `word`) of each
+        field, in order
     """
 
     def __init__(self, fields: Sequence[Field]) -> None:
@@ -73,30 +75,36 @@ class Layout:
         self._body = struct.Struct(f"<{bits}s{codes}")
 
     def __reduce__(self) -> tuple[type[Layout], tuple[Sequence[Field]]]:
-        """Pickle the fields only: compiled structures cannot be pickled."""
+        """Return how to pickle the layout: by its fields, without struct objects."""
         return Layout, (self.fields,)
 
     @property
     def kinds(self) -> dict[str, str]:
-        """{`TABLE.NAME`: kind of the field} of all fields."""
+        """{`TABLE.NAME`: kind} of all fields, such as "f8" or "word"."""
         return {named(t, n): kind for t, n, kind, _ in self.fields}
 
     @cached_property
     def words(self) -> dict[str, Sequence[str]]:
-        """{`TABLE.NAME`: possible words} of the fields of the kind `word`."""
+        """{`TABLE.NAME`: words that it may have} of all fields of kind `word`."""
         return {named(t, n): w for t, n, kind, w in self.fields if kind == "word"}
 
     @property
     def room(self) -> int:
-        """Number of bytes of text that fit into a slot."""
+        """Number of bytes of a record's text that one slot can hold."""
         return self.size - FRAME.itemsize
 
     def slots_of(self, text: int) -> int:
-        """Return the number of slots for a text of `text` bytes."""
+        """Return the number of slots that a text of `text` bytes needs."""
         return -(-text // self.room)
 
     def encode(self, record: Record, tag: bytes) -> bytes:
-        """Return the bytes of a record's slots, each with the journal's `tag`."""
+        """Return the bytes that store a record in a journal: its slot, slots of text.
+
+        Parameters
+        ----------
+        record : the record
+        tag : first bytes of each slot of this journal
+        """
         left = {n: dict(v) if isinstance(v, dict) else v for n, v in record.items()}
         values, has = [], 0
         for place, (table, name, _, _) in enumerate(self.fields):
@@ -122,7 +130,13 @@ class Layout:
         return first + b"".join(more)
 
     def decode(self, slot: bytes, text: Record) -> Record:
-        """Return a record from its slot and `text`, its entries without a field."""
+        """Return the record that a journal stores in a slot and in text.
+
+        Parameters
+        ----------
+        slot : bytes of the slot
+        text : entries that the record holds as text
+        """
         bits, *values = self._body.unpack_from(slot, FRAME.itemsize)
         has, record = int.from_bytes(bits, "little"), Record(message="")
         for place, (table, name, _, _) in enumerate(self.fields):
@@ -136,7 +150,7 @@ class Layout:
 
 
 class Header(NamedTuple):
-    """Header of a journal.
+    """Header of a journal, which says how its records are stored.
 
     Attributes
     ----------
@@ -152,7 +166,13 @@ class Header(NamedTuple):
     traces: str
 
     def record(self, slot: bytes, text: Record) -> Record:
-        """Return a record from its slot and text, and name its trace file in it."""
+        """Return the record stored in a slot and text, with its trace file's name.
+
+        Parameters
+        ----------
+        slot : bytes of the slot
+        text : entries that the record holds as text
+        """
         found = self.layout.decode(slot, text)
         if isinstance(found.get("traces"), dict):
             found["traces"]["file"] = self.traces
@@ -160,9 +180,13 @@ class Header(NamedTuple):
 
 
 def header_of(plan: str, traces: str, fields: Sequence[Field]) -> tuple[Header, bytes]:
-    """Return a journal's header, and the bytes that store it at the journal's start.
+    """Return the header of a new journal, and the bytes that the journal begins with.
 
-    plan, traces, fields : see `Header` and `Layout`
+    Parameters
+    ----------
+    plan : identity of the plan to which case numbers refer; "": unknown
+    traces : name of the file with the traces
+    fields : fields of the records, see `Layout`
     """
     body = json.dumps({"plan": plan, "traces": traces, "fields": fields}).encode()
     copy = COPY.pack(MAGIC, len(body), zlib.crc32(body)) + body
@@ -170,7 +194,12 @@ def header_of(plan: str, traces: str, fields: Sequence[Field]) -> tuple[Header, 
 
 
 def read_header(data: bytes) -> tuple[Header, int] | None:
-    """Return the first undamaged header in some bytes, and its end; None: no header."""
+    """Return the first undamaged header at the start of a journal, and where it ends.
+
+    None if there is no undamaged header.
+
+    data : first bytes of the journal
+    """
     place = -1
     while (place := data.find(MAGIC, place + 1)) >= 0:
         begin = place + COPY.size
@@ -195,7 +224,10 @@ def _header(body: bytes) -> Header:
 
 @lru_cache(maxsize=64)
 def _layout(fields: str) -> Layout:
-    """Return the layout of fields in JSON; for equal JSON, the same object."""
+    """Return the layout that a header's list of fields describes, cached.
+
+    fields : the list as JSON text
+    """
     layout, own = Layout(json.loads(fields)), Layout(fields_of())
     if any(layout.kinds.get(name, kind) != kind for name, kind in own.kinds.items()):
         raise ValueError("fields of other kinds")
@@ -203,10 +235,8 @@ def _layout(fields: str) -> Layout:
 
 
 def fields_of(measured: Iterable[str] = ()) -> list[Field]:
-    """Return the fields of a campaign's records.
+    """Return the fields that every record of a campaign may have, see `Layout`.
 
-    Parameters
-    ----------
     measured : names of the variables that the user's own function returns
     """
     head = (("case", "i8"), ("digest", "hex"), ("of", "hex"), ("twin", "i8"),
@@ -226,7 +256,10 @@ def fields_of(measured: Iterable[str] = ()) -> list[Field]:
 def _fields(table: str, quantities: dict[str, Quantity]) -> list[Field]:
     """Return the fields (table, name, kind, words) of one table of a record.
 
-    table, quantities : name of the table; {name: quantity} of its entries
+    Parameters
+    ----------
+    table : name of the table
+    quantities : {name: quantity} of its entries
     """
     kinds = {"enum": "word", "S16": "word", "S64": "text"}
     words = {**ENUMS, "scheme": tuple(SCHEMES)}
@@ -245,7 +278,9 @@ def _slot(tag: bytes, text: int, after: int, body: bytes) -> bytes:
 
 
 def _text_of(left: Record) -> bytes:
-    """Return the JSON of a record's entries without a binary field; b"": none.
+    """Return the JSON text of those entries of a record that have no binary field.
+
+    b"" if there are none.
 
     left : these entries; an empty message is removed
     """
@@ -285,14 +320,14 @@ def _text(value: bytes) -> str:
 
 
 class _Kind(NamedTuple):
-    """How the values of a field of a record are stored.
+    """How a slot stores values of one kind, such as float64 or a word.
 
     Attributes
     ----------
     dtype, code : NumPy's dtype, and the code of `struct`
     empty : what is stored for a record without a value
-    write, read : functions from a value to the stored one, and back; `write` raises
-        for a value that cannot be stored
+    write, read : functions from a value to the stored one, and back; `write` raises for
+        a value that cannot be stored
     """
 
     dtype: str
@@ -311,10 +346,12 @@ KINDS = {
 
 
 def _kind(name: str, words: Sequence[str]) -> _Kind:
-    """Return how values of a kind are stored.
+    """Return how a slot stores values of a kind.
 
-    name, words : name of the kind; for the kind `word`, its words, of which a value is
-        stored as an index
+    Parameters
+    ----------
+    name : name of the kind
+    words : for the kind `word`, its words; a value is stored as its index in them
     """
     if name != "word":
         return KINDS[name]
@@ -323,11 +360,15 @@ def _kind(name: str, words: Sequence[str]) -> _Kind:
 
 
 def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], bytes]:
-    """Return (header, data) of arrays: size, CRC-32 and shapes, and their bytes.
+    """Return arrays as raw bytes, and a header by which `unpacked` restores them.
 
     Parameters
     ----------
     arrays : {name: array of any shape}; the order is kept
+
+    Returns
+    -------
+    header, {"bytes": size, "crc": CRC-32, "shapes": shape of each array}; and the bytes
     """
     data = b"".join(np.asarray(a, dtype=TYPE).tobytes() for a in arrays.values())
     shapes = {name: list(array.shape) for name, array in arrays.items()}
@@ -337,9 +378,9 @@ def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], b
 def unpacked(
     head: Mapping[str, Any], data: bytes
 ) -> dict[str, NDArray[np.float64]] | None:
-    """Return {name: read-only array} of packed data; None if these are damaged.
+    """Return {name: read-only array} from the bytes of `packed`; None if damaged.
 
-    head, data : result of `packed`
+    head, data : header and bytes that `packed` returned
     """
     if len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
         return None
@@ -353,13 +394,13 @@ def unpacked(
 
 
 def sealed(record: Record) -> bytes:
-    """Return a JSON object as a line of text with its CRC-32."""
+    """Return a JSON object as one line of text that begins with its CRC-32."""
     body = json.dumps(record).encode()
     return f"{zlib.crc32(body):08x} ".encode() + body + b"\n"
 
 
 def opened(line: bytes) -> Record | None:
-    """Return the JSON object in a line by `sealed`; None if its CRC-32 is wrong."""
+    """Return the JSON object in a line from `sealed`; None if its CRC-32 is wrong."""
     seal, _, body = line.rstrip(b"\n").partition(b" ")
     if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
         return None

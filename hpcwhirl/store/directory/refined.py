@@ -1,4 +1,8 @@
-"""Plans of refined campaigns with all their cases, from journals or from results."""
+"""Plans of refined campaigns with all cases that were added, for gathering and maps.
+
+The stored plan has the coarse cases only, those of [sweep]; the others follow from the
+journals, or are listed in a results file.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +38,7 @@ class RefinedPlan(Manifest):
 
     Attributes
     ----------
-    addresses : address of each case
+    addresses : address of each case (fidelity, level, panel, point)
     family : all cases that refinement could add
     growth : cases added so far, and their cells; None in a plan read from results
     twinned : addresses of the cases with twins; empty in a plan read from results
@@ -47,7 +51,9 @@ class RefinedPlan(Manifest):
 
 
 def full_plan(directory: Directory) -> Manifest:
-    """Return the plan of a directory with all cases that follow from its journals.
+    """Return the plan of a campaign with the refined cases that its journals require.
+
+    The plan is unchanged if the campaign is not refined.
 
     Raises
     ------
@@ -61,7 +67,10 @@ def full_plan(directory: Directory) -> Manifest:
 
 
 def grown_plan(plan: Manifest, planner: Planner) -> Manifest:
-    """Return a plan with all cases that a planner has added, ordered as in results."""
+    """Return a plan with all refined cases that a planner has added, in results' order.
+
+    plan, planner : stored plan of a campaign; planner that knows which jobs have ended
+    """
     kind = planner.kind
     if not isinstance(kind, Refined):
         return plan
@@ -85,9 +94,12 @@ def _extended(
 
 
 def rows_of(plan: Manifest, planner: Planner) -> NDArray[np.int64]:
-    """Return the row that each case of a plan has in its planner, (cases,).
+    """Return the row that each case of a plan has in a planner's arrays, (cases,).
 
-    plan : result of `grown_plan`
+    Parameters
+    ----------
+    plan : plan with all refined cases, from `grown_plan`
+    planner : planner of the campaign, which lists refined cases in another order
     """
     if not isinstance(plan, RefinedPlan):
         return np.arange(len(planner))
@@ -96,7 +108,7 @@ def rows_of(plan: Manifest, planner: Planner) -> NDArray[np.int64]:
 
 
 def with_twins(plan: Manifest, words: Sequence[str]) -> NDArray[np.bool_]:
-    """Return which cases of a plan have twins, (cases,).
+    """Return for each case of a plan whether it has twins, (cases,).
 
     words : regime of each case; "": it has none
     """
@@ -107,13 +119,13 @@ def with_twins(plan: Manifest, words: Sequence[str]) -> NDArray[np.bool_]:
 
 
 def dropped_of(plan: Manifest) -> int:
-    """Return the number of cases that a budget has excluded."""
+    """Return the number of refined cases that the budget of a plan has excluded."""
     growth = plan.growth if isinstance(plan, RefinedPlan) else None
     return growth.dropped if growth else 0
 
 
 def plan_of_results(path: Path, file: h5py.File) -> Manifest:
-    """Return the plan of a results file with the cases of its rows, in their order.
+    """Return the plan of a results file, with its cases in the order of the file.
 
     Parameters
     ----------
@@ -148,7 +160,8 @@ def plan_of_results(path: Path, file: h5py.File) -> Manifest:
 def columns_of(plan: Manifest) -> dict[str, NDArray[Any]]:
     """Return the variables that refinement adds to results, {variable: (cases,)}.
 
-    Return {} for a plan that is not refined.
+    They say how each case was added: fidelity, level, panel, place along each input; {}
+    for a plan that is not refined.
     """
     if not isinstance(plan, RefinedPlan) or plan.growth is None:
         return {}
@@ -169,7 +182,7 @@ def columns_of(plan: Manifest) -> dict[str, NDArray[Any]]:
 
 
 def refined_quantities(plan: Manifest) -> dict[str, Quantity]:
-    """Return {variable: `Quantity`} of the variables that `columns_of` returns."""
+    """Return {variable: unit and meaning} of the variables that refinement adds."""
     if not plan.refine:
         return {}
     told = "position along its coarse values, from 0: 3.25 is a quarter past the fourth"

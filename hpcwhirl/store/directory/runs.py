@@ -1,4 +1,7 @@
-"""`runs/`: how each rank used its time, one file per run, written at its end."""
+"""Files in `runs/` that say how each rank used its time, one file per run.
+
+They are written at the end of a run.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ LARGEST = 1 << 53  # limit of all numbers: whole numbers below it are exact
 
 
 class Runs:
-    """The files of runs in a campaign's directory.
+    """The files in a campaign's directory that say how the ranks of each run used time.
 
     folder : the campaign's directory
     """
@@ -27,25 +30,30 @@ class Runs:
         self.place = folder / "runs"
 
     def files(self) -> list[Path]:
-        """Return the files in the directory, in the order of the runs."""
+        """Return the paths of these files, in the order of the runs."""
         return listed(self.place, ".json")
 
     def write(self, run: int, shares: list[Share], stopped: str = "") -> None:
-        """Write how a run's ranks used their time; `stopped`: why it stopped early.
+        """Write how the ranks of a run used their time, and why it stopped.
 
+        Parameters
+        ----------
+        run : number of the run
         shares : use of time of each rank, see `shares`
+        stopped : why the run stopped early; "": it did not
         """
         told = {"run": run, "stopped": stopped, "ranks": shares}
         text = json.dumps(told, indent=1) + "\n"
         write_whole(self.place / f"{run:04d}.json", text.encode())
 
     def shares(self, say: Say | None = None) -> list[Share]:
-        """Return run, rank, host, cases, busy and span of each rank of each run.
+        """Return how each rank of each run used its time, in the order of the runs.
 
-        Entries are in the order of the runs; busy, span in s. A rank may also have
-        `beside`, the median overhead of a computation beyond its kernel, s, and
-        `first`, by how much the rank's first computation took longer, s. A killed run
-        has no file, and a damaged file is skipped: no result depends on these files.
+        An entry has run, rank, host, cases, busy and span, the last two in s. It may
+        also have `beside`, the median overhead of a computation beyond its kernel, s,
+        and `first`, by how much the rank's first computation took longer, s. A killed
+        run has no file, and a damaged file is skipped: no result depends on these
+        files.
 
         say : prints one line about skipped files
         """
@@ -68,7 +76,7 @@ class Runs:
         return found
 
     def why_stopped(self, run: int) -> str:
-        """Return why a run stopped early; "" if it did not or the reason is unknown."""
+        """Return why a run stopped early, from its file; "": it did not, or unknown."""
         try:
             found = json.loads(read_regular(self.place / f"{run:04d}.json"))
         except (OSError, ValueError, RecursionError):  # killed runs leave no whole file
@@ -78,7 +86,7 @@ class Runs:
 
 
 def _shares(data: Any) -> list[Share]:
-    """Return the use of time of each rank, from the parsed file of a run.
+    """Return how each rank of a run used its time, from the run's parsed file.
 
     Raises
     ------
@@ -96,7 +104,7 @@ def _shares(data: Any) -> list[Share]:
 
 
 def _check(value: Any, kind: type) -> None:
-    """Raise if a value of a run's file has not the type `kind`, or is not finite."""
+    """Raise unless a value in the file of a run is finite and has the type `kind`."""
     kinds: Any = (int, float) if kind is float else kind
     if isinstance(value, bool) or not isinstance(value, kinds):
         raise TypeError(f"{value!r:.40} is no {kind.__name__}")

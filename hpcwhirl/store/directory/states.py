@@ -1,8 +1,8 @@
-"""Saved states of unfinished cases: one file with checksum each, replaced atomically.
+"""Saved states of unfinished cases, from which a later run continues them.
 
-The first line, with a checksum (`record.sealed`), names what the state belongs to, and
-name, type and shape of every array. The arrays' bytes follow, little-endian, in that
-order.
+There is one file per case, with a checksum, replaced as a whole. Its first line
+(`record.sealed`) names what the state belongs to, and name, type and shape of every
+array. The arrays' bytes follow, little-endian, in that order.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ TYPES = ("<f8", "<i8")
 
 
 class States:
-    """The saved states of cases in a campaign's directory.
+    """The files of saved states in a campaign's directory; a digest names each case.
 
     folder : the campaign's directory
     """
@@ -40,13 +40,13 @@ class States:
         return self.place / f"{digest}.state"
 
     def write(self, digest: str, belongs: Record, arrays: Arrays) -> None:
-        """Write the state of a case, replacing an older one.
+        """Write the saved state of a case, replacing an older one.
 
         Parameters
         ----------
         digest : digest of the case
-        belongs : JSON object that says what the state fits; it must be equal when the
-            state is read
+        belongs : JSON object that says what the state fits, such as model and compiler;
+            it must be equal when the state is read
         arrays : {name: float64 or int64 array}
 
         Raises
@@ -61,7 +61,12 @@ class States:
         write_whole(self._path(digest), sealed(head) + data)
 
     def read(self, digest: str, belongs: Record) -> Arrays | None:
-        """Return the arrays of a case's saved state, None if no state is saved.
+        """Return {name: array} of a case's saved state; None if no state is saved.
+
+        Parameters
+        ----------
+        digest : digest of the case
+        belongs : what the state must fit, as it was written
 
         Raises
         ------
@@ -82,9 +87,12 @@ class States:
             raise StoreError(f"{path} is not usable: {failed}") from None
 
     def hand_over(self, digest: str, after: str) -> bool:
-        """Copy the saved state of case `digest` for case `after`, which continues it.
+        """Copy the saved state of one case for another that is a longer run of it.
 
-        digest, after : digests of the two cases
+        Parameters
+        ----------
+        digest : digest of the case that has the state
+        after : digest of the longer run, which will continue from it
 
         Returns
         -------
@@ -105,7 +113,7 @@ class States:
         return True
 
     def drop(self, digest: str) -> None:
-        """Remove the state of a case, if there is one."""
+        """Remove the saved state of a case, if there is one."""
         with suppress(OSError):  # a state left behind does no harm
             self._path(digest).unlink()
 
@@ -115,9 +123,13 @@ class States:
 
 
 def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
-    """Return {name: array} of a state; raise if it is damaged or `belongs` differs.
+    """Return {name: array} of a saved state; raise if it is damaged or does not fit.
 
-    head, data : parsed first line of the state's file, None if damaged; the rest
+    Parameters
+    ----------
+    head : parsed first line of the state's file, None if damaged
+    data : the other bytes of the file
+    belongs : what the state must fit
     """
     if head is None or len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
         raise ValueError("it is damaged")

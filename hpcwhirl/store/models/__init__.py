@@ -1,1 +1,1 @@
-"""Reading files of engines and wheels: arrays and their types. No mechanics."""
+"""Read files of engines and wheels into checked arrays; mechanics is elsewhere."""

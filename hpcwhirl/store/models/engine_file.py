@@ -1,4 +1,4 @@
-"""Reading an engine's HDF5 file: its layout, and checks of its arrays, no mechanics.
+"""Read an engine's HDF5 file into arrays, after checking its layout; no mechanics.
 
 All data must be in the file itself, since its bytes decide the digest of a case: links
 to other files, external raw data, virtual datasets and names outside the layout are
@@ -145,7 +145,9 @@ CHUNK = 1 << 28  # bytes, largest size of one chunk after decompression
 
 @dataclass(frozen=True)
 class Given:
-    """The arrays of one group, rotor or casing, of an engine's file.
+    """The arrays that an engine's file has in one group, rotor or casing.
+
+    `given[name]` is an array; a missing one raises InputError.
 
     Attributes
     ----------
@@ -177,19 +179,26 @@ class Given:
         return array
 
     def refusal(self, told: str) -> InputError:
-        """Return an error whose text is the file's name and `told` ("has no ...")."""
+        """Return the InputError "engine.file FILE TOLD", for a file that is refused.
+
+        told : the rest of the message, such as "has no ..."
+        """
         return InputError(f"engine.file {self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error that `name` must `allowed`, a verb and more, but got `got`.
+        """Return the InputError for an array that breaks a rule of the layout.
 
-        Its text names the file, too.
+        Parameters
+        ----------
+        name : name of the array
+        allowed : what it must do, as text after "must", such as "be finite"
+        got : what the file has instead
         """
         return self.refusal(f"{self.group}/{name} must {allowed}, got {got}")
 
 
 def missing_terms(there: Collection[str]) -> list[str]:
-    """Return the names of the terms of rotation that a file lacks.
+    """Return the names of the arrays of rotation terms that an engine's file lacks.
 
     The change of stiffness with speed is given by two parts, `stress_stiffness` and
     `softening`, or by the stiffness at two speeds. If a file has neither, the two parts
@@ -203,7 +212,9 @@ def missing_terms(there: Collection[str]) -> list[str]:
 
 
 def are_two_ways(there: Collection[str]) -> bool:
-    """Return whether a file gives the stiffness at speed twice, in both allowed ways.
+    """Return whether a file gives the stiffness at speed twice, in both allowed forms.
+
+    These are `AT_SPEEDS` and `BY_PARTS`; a file may have only one of them.
 
     there : names of the arrays that the file has
     """
@@ -211,10 +222,12 @@ def are_two_ways(there: Collection[str]) -> bool:
 
 
 def points_named(file: str) -> int:
-    """Return the number of contact points per tip, n_c, in an engine's file.
+    """Return the number of contact points per tip, n_c, that an engine's file has.
 
     Only shapes are read. It is 1 if the file has no such points, or cannot be read, so
     that its cases will fail.
+
+    file : path of the file; "": no file
     """
     with suppress(WhirlError):
         return _points_named(file, content_digest(file)) if file else 1
@@ -223,9 +236,12 @@ def points_named(file: str) -> int:
 
 @lru_cache(maxsize=64)
 def _points_named(file: str, _content: str) -> int:
-    """Return the number of contact points per tip, n_c, in an engine's file.
+    """Return the number of contact points per tip, n_c, in an engine's file; cached.
 
-    _content : digest of the file, so that the cache misses a changed file
+    Parameters
+    ----------
+    file : path of the file
+    _content : digest of the file, so that a changed file is read again
     """
     import h5py
 
@@ -238,10 +254,16 @@ def _points_named(file: str, _content: str) -> int:
 
 
 def read_group(file: str, name: str) -> Given:
-    """Return the finite arrays of the group rotor or casing in an engine's file.
+    """Return the arrays of the group "rotor" or "casing" in an engine's file, checked.
 
-    Each axis has at most `LARGEST` entries (coordinates or modes), the file at most
-    `scene.case_digest.MOST_BYTES`. Nothing is read from a larger file.
+    All numbers are finite. Each axis has at most `LARGEST` entries (coordinates or
+    modes), the file at most `scene.case_digest.MOST_BYTES`. Nothing is read from a
+    larger file.
+
+    Parameters
+    ----------
+    file : path of the file
+    name : "rotor" or "casing"
 
     Raises
     ------
@@ -271,9 +293,17 @@ def read_group(file: str, name: str) -> Given:
 def readable(
     what: str, failures: tuple[type[Exception], ...] = UNREADABLE
 ) -> Iterator[None]:
-    """Turn errors of reading a damaged file, inside the block, into a single line.
+    """Turn an error of the block, which reads a damaged file, into a one-line message.
 
-    what, failures : the file, for the message; classes of the errors that are turned
+    Parameters
+    ----------
+    what : the file, for the message
+    failures : classes of the exceptions that are turned
+
+    Raises
+    ------
+    MissingFileError
+        naming the file
     """
     try:
         yield
@@ -286,11 +316,14 @@ def readable(
 
 
 def _check_layout(given: Given, root: h5py.File) -> None:
-    """Refuse names that are not in the layout, and links out of the file.
+    """Raise InputError if a file has names that the layout lacks, or links out of it.
 
     Links are checked before they are followed; a group may be a link, too.
 
-    given, root : for errors; root group of the file
+    Parameters
+    ----------
+    given : the file and the group to be read, for messages
+    root : root group of the file
     """
     import h5py
 
@@ -315,9 +348,12 @@ def _check_names(
 
 
 def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
-    """Refuse a link that leads out of the file, or is broken.
+    """Raise InputError if a link in an HDF5 file leads out of the file, or nowhere.
 
-    given : for errors
+    Parameters
+    ----------
+    given : the file, for messages
+    group : group that has the link
     name, path : name of the link; path of its group in the file
     """
     import h5py
@@ -342,9 +378,13 @@ def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
 
 
 def _check_inside(given: Given, data: h5py.Dataset, name: str) -> None:
-    """Refuse a dataset whose numbers are stored outside the file.
+    """Raise InputError if the numbers of a dataset are stored outside its file.
 
-    given, name : for errors; name of the dataset
+    Parameters
+    ----------
+    given : the file, for messages
+    data : the dataset
+    name : its name
     """
     if data.external:
         raise given.refusal(
@@ -359,9 +399,12 @@ def _check_inside(given: Given, data: h5py.Dataset, name: str) -> None:
 def _check_kind(
     given: Given, name: str, data: Any, kind: tuple[tuple[int, ...], bool]
 ) -> None:
-    """Check type, dimensions and size of a dataset before it is read.
+    """Raise InputError for an unread dataset of wrong type, dimensions or size.
 
-    given, name : for errors; name of the dataset
+    Parameters
+    ----------
+    given : the file, for messages
+    name, data : name of the dataset, and the dataset
     kind : allowed numbers of dimensions, and whether the data must be indices
     """
     dimensions, indices = kind
@@ -383,9 +426,14 @@ def _check_kind(
 
 
 def check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
-    """Refuse a dataset with chunks of very many bytes, compressed or not.
+    """Raise InputError for a dataset that would take very much memory to decompress.
 
-    given, name : for errors; name of the dataset
+    HDF5 reads whole chunks, which must have at most `CHUNK` bytes.
+
+    Parameters
+    ----------
+    given : the file, for messages
+    name, data : name of the dataset, and the dataset
     """
     size = int(np.prod(data.chunks, dtype=float)) * data.dtype.itemsize
     stored = 0
@@ -405,7 +453,16 @@ def check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
 
 
 def _checked(given: Given, name: str, *, indices: bool) -> Array:
-    """Return array `name` as float64, or int64 for indices; refuse inf and nan."""
+    """Return an array of an engine's file as float64, or int64 for indices.
+
+    Infinite numbers and NaN are refused.
+
+    Parameters
+    ----------
+    given : the arrays as read
+    name : name of the array
+    indices : whether it holds indices
+    """
     array = given.arrays[name]
     if name in TEXTS:
         return _texts(given, name, array)
@@ -415,7 +472,13 @@ def _checked(given: Given, name: str, *, indices: bool) -> Array:
 
 
 def _texts(given: Given, name: str, array: Array) -> Array:
-    """Return array `name`, texts in UTF-8, as an array of str; refuse long texts."""
+    """Return an array of texts of an engine's file as str; refuse long texts.
+
+    Parameters
+    ----------
+    given : the file, for messages
+    name, array : name of the array, and the array of bytes in UTF-8
+    """
     try:
         texts = [bytes(text).decode() for text in array]
     except (TypeError, UnicodeDecodeError):
@@ -429,7 +492,10 @@ def _texts(given: Given, name: str, array: Array) -> Array:
 
 
 def wrong_name(names: tuple[str, ...]) -> str | None:
-    """Return the first name that is empty, cannot be printed or occurs twice."""
+    """Return the first name of stress points that is empty, not printable or repeated.
+
+    None if all names are allowed.
+    """
     for place, name in enumerate(names):
         if not name.strip() or not name.isprintable() or name in names[:place]:
             return name

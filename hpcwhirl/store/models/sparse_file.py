@@ -1,4 +1,4 @@
-"""Reading a large sparse matrix of a finite-element code; no mechanics.
+"""Read a large sparse matrix that a finite-element code has written; no mechanics.
 
 NAME.mtx         MatrixMarket, real or integer, general or symmetric
 NAME.npz         written by scipy.sparse.save_npz, CSR or CSC; nothing is unpickled
@@ -45,22 +45,31 @@ UNREADABLE = (
 
 
 class _Source(Given):
-    """The file of a matrix; its methods return errors that name file and matrix."""
+    """File of a sparse matrix; its methods return errors that name file and matrix."""
 
     def refusal(self, told: str) -> InputError:
-        """Return an error whose text is the file's name and `told` ("has no ...")."""
+        """Return the InputError "FILE TOLD", for a file that is refused.
+
+        told : the rest of the message, such as "has no ..."
+        """
         return InputError(f"{self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error that `name` must `allowed`, a verb and more, but got `got`.
+        """Return the InputError for a matrix that breaks a rule.
 
-        Its text names the file, too.
+        Parameters
+        ----------
+        name : name of the matrix
+        allowed : what it must do, as text after "must", such as "be square"
+        got : what the file has instead
         """
         return self.refusal(f"({name}) must {allowed}, got {got}")
 
 
 def read_matrix(path: Path, name: str) -> sparse.csr_array:
-    """Return a finite real matrix (n, n) of n DoF, symmetric or skew, all entries.
+    """Read a square sparse matrix (n, n) of n DoF, such as a mass matrix, from a file.
+
+    It is finite, real, and symmetric or skew, with all entries stored.
 
     Parameters
     ----------
@@ -84,7 +93,13 @@ def read_matrix(path: Path, name: str) -> sparse.csr_array:
 
 
 def _bytes_of(source: _Source, name: str) -> int:
-    """Return the size of a matrix's file in bytes; refuse a file that is too large."""
+    """Return the size of a matrix's file in bytes; refuse a file that is too large.
+
+    Parameters
+    ----------
+    source : the file
+    name : name of the matrix, for the message
+    """
     size = check_regular(Path(source.file))
     if size > MOST_BYTES:
         raise source.wrong(name, f"have at most {MOST_BYTES} bytes", size)
@@ -92,7 +107,12 @@ def _bytes_of(source: _Source, name: str) -> int:
 
 
 def read_vector(path: Path, name: str, size: int) -> Array:
-    """Return a finite real vector (size,) from a MatrixMarket file with one column.
+    """Read a vector (size,), such as a load, from a MatrixMarket file with one column.
+
+    Parameters
+    ----------
+    path, name : the file; name of the vector, for messages
+    size : number of entries that it must have
 
     Raises
     ------
@@ -103,7 +123,12 @@ def read_vector(path: Path, name: str, size: int) -> Array:
 
 
 def read_rows(path: Path, name: str, columns: int) -> sparse.csr_array:
-    """Return a finite real matrix (rows, columns) from a MatrixMarket file.
+    """Read a matrix (rows, columns), such as stress rows, from a MatrixMarket file.
+
+    Parameters
+    ----------
+    path, name : the file; name of the matrix, for messages
+    columns : number of columns that it must have
 
     Raises
     ------
@@ -116,9 +141,11 @@ def read_rows(path: Path, name: str, columns: int) -> sparse.csr_array:
 def _rectangle(
     path: Path, name: str, shape: tuple[int | None, int]
 ) -> sparse.csr_array:
-    """Return a finite real matrix from a MatrixMarket file, checked.
+    """Read a finite real matrix of given shape from a MatrixMarket file.
 
-    name : name of the matrix, for errors
+    Parameters
+    ----------
+    path, name : the file; name of the matrix, for messages
     shape : rows and columns that the matrix must have; rows None: any number
     """
     from scipy.io import mminfo
@@ -158,10 +185,13 @@ def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
 def _read_entries(
     source: _Source, name: str, entries: int, size: int
 ) -> sparse.csr_array:
-    """Return the matrix of a MatrixMarket file; refuse impossible or too many entries.
+    """Read a MatrixMarket file; refuse impossible or too many entries before reading.
 
+    Parameters
+    ----------
     source, name : file and name of the matrix
-    entries, size : number of entries by the file's header; size of the file, bytes
+    entries : number of entries that the file's header states
+    size : size of the file, bytes
     """
     from scipy.io import mmread
 
@@ -201,11 +231,14 @@ def _numpy(source: _Source, name: str, _size: int) -> sparse.csr_array:
 
 
 def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
-    """Return (shape, dtype) from the header of an array in a .npz file.
+    """Return (shape, dtype) of an array in a .npz file, without reading its numbers.
 
     An array that is cut short is refused.
 
-    archive, part : the file; name of the array
+    Parameters
+    ----------
+    archive : the .npz file
+    part : name of the array
     """
     member = archive.getinfo(f"{part}.npy")
     with archive.open(member) as file:
@@ -256,8 +289,12 @@ READERS = {".mtx": _market, ".npz": _numpy, ".h5": _hdf5, ".hdf5": _hdf5}
 def _check_part(
     source: _Source, name: str, shape: tuple[int, ...], kind: Any, kinds: str
 ) -> None:
-    """Check dimensions, type and size of an array of a sparse matrix before reading.
+    """Raise InputError for an array of a sparse matrix with wrong dimensions or type.
 
+    It is called before the array is read.
+
+    Parameters
+    ----------
     source, name : file and name of the matrix
     shape, kind : shape and dtype of the array
     kinds : letters of the kinds of dtype that are allowed
@@ -288,9 +325,12 @@ def _check_entries(
 
 
 def _check_memory(source: _Source, name: str, size: int) -> None:
-    """Refuse a matrix whose arrays need more than the free memory.
+    """Raise InputError for a matrix whose arrays need more than the free memory.
 
-    source, name, size : file and name of the matrix; bytes that its arrays need
+    Parameters
+    ----------
+    source, name : file and name of the matrix
+    size : bytes that its arrays need
     """
     most = _free_memory() / MEMORY
     if size > most:
@@ -301,7 +341,7 @@ def _check_memory(source: _Source, name: str, size: int) -> None:
 
 
 def _free_memory() -> float:
-    """Return the memory that this process may still allocate, bytes."""
+    """Return how many bytes of memory this process may still allocate."""
     page = resource.getpagesize()
     free = float(os.sysconf("SC_AVPHYS_PAGES") * page)
     with suppress(OSError):  # Linux: including caches that it can free
@@ -317,11 +357,14 @@ def _free_memory() -> float:
 def _compressed(
     source: _Source, name: str, arrays: Mapping[str, Array]
 ) -> sparse.csr_array:
-    """Return the matrix of arrays data, indices and indptr in CSR form.
+    """Return the sparse matrix of the arrays data, indices and indptr in CSR form.
 
     Of arrays in CSC form, it is the transpose.
 
-    source, name : file and name of the matrix, for errors
+    Parameters
+    ----------
+    source, name : file and name of the matrix, for messages
+    arrays : {"data", "indices", "indptr": array}
     """
     size = len(arrays["indptr"]) - 1
     _check_square(source, name, (size, size))
@@ -332,7 +375,12 @@ def _compressed(
 
 
 def _checked(source: _Source, name: str, matrix: sparse.csr_array) -> sparse.csr_array:
-    """Return the symmetric (or skew) part of a matrix, removing round-off.
+    """Return the exactly symmetric (or skew) part of a matrix, without its round-off.
+
+    Parameters
+    ----------
+    source, name : file and name of the matrix
+    matrix : (n, n), as read
 
     Raises
     ------

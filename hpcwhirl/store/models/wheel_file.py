@@ -1,5 +1,6 @@
-"""Reading the TOML file that describes the unknowns of a finite-element model.
+"""Read the TOML file that says what the unknowns of a finite-element model are.
 
+It names the files of the matrices and the degrees of freedom of tips, centre and cuts.
 No mechanics. Degrees of freedom (DoF) are rows of M and K, from 0; angles are in rad,
 anticlockwise. `wheel_example.toml` has all keys with their meanings; `hpcwhirl
 import-model --example` prints it. A single sector is described by a table [sector]
@@ -49,7 +50,7 @@ TABLES = {**KEYS, "sector": (*KEYS["wheel"], *CUTS)}
 
 @dataclass(frozen=True)
 class Centre:
-    """The shaft's centre in a finite-element model.
+    """The shaft's centre in a finite-element model, table [centre] of its file.
 
     Attributes
     ----------
@@ -69,7 +70,9 @@ class Centre:
 
 @dataclass(frozen=True)
 class Cut:
-    """DoF on the two cuts of a sector; the left and right one at a position correspond.
+    """DoF on the two cuts along which one sector was cut out of its wheel.
+
+    The i-th ones of the left and the right cut are at corresponding positions.
 
     Attributes
     ----------
@@ -86,21 +89,21 @@ class Cut:
 
 @dataclass(frozen=True)
 class FiniteElements:
-    """A wheel of finite elements, or one of its sectors.
+    """A finite-element model of a wheel, or of one of its sectors, with its matrices.
 
     Attributes
     ----------
     file : the TOML file
     sources : files of M, K and the terms of rotation
     mass, stiffness : (n, n), kg and N/m, of n DoF, symmetric
-    blades : N
+    blades : N, number of blades of the whole wheel
     tips : (N, 2), or (1, 2) of a sector: DoF of each tip; with several contact points a
         tip, DoF of all of them, blade by blade, (N n_c, 2) or (n_c, 2)
     angle : rad, one per row of `tips`: from the axes of its DoF to the radial,
         tangential ones
     centre : the shaft's centre; None if it is clamped
     held : DoF that do not move
-    modes : fixed-interface modes to keep
+    modes : number of fixed-interface modes to keep
     cut : DoF on the cuts of a sector; None for a wheel
     turning : {name as in an engine's file: matrix, vector, or two speeds} of the terms
         of rotation, all or none
@@ -131,25 +134,35 @@ class FiniteElements:
 
     @property
     def places(self) -> Floats:
-        """Angles of all contact points, blade by blade, (N n_c,), blade 0 at 0, rad."""
+        """Angles of all contact points, blade by blade, (N n_c,), rad, from blade 0."""
         blade = 2 * np.pi * np.arange(self.blades) / self.blades
         turn = self.points["tip_angle"] if self.points else np.zeros(1)
         return np.add.outer(blade, turn).ravel()
 
     def refusal(self, told: str) -> InputError:
-        """Return an error whose text is the file's name and `told` ("has no ...")."""
+        """Return the InputError "FILE: TOLD", for a model that is refused.
+
+        told : the rest of the message, such as "has no ..."
+        """
         return InputError(f"{self.file}: {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error that `name` must `allowed`, a verb and more, but got `got`.
+        """Return the InputError for a part of the model that breaks a rule.
 
-        Its text names the file, too.
+        Parameters
+        ----------
+        name : name of the part
+        allowed : what it must do, as text after "must", such as "be finite"
+        got : what the model has instead
         """
         return self.refusal(f"{name} must {allowed}, got {got}")
 
 
 class _Table:
-    """A table of the TOML file; its methods return checked values, one type each."""
+    """A table of the TOML file; each method returns the value of a key, checked.
+
+    There is a method for each type of value; a wrong value raises InputError.
+    """
 
     def __init__(self, file: str, name: str, data: Any) -> None:
         self.file, self.name = file, name
@@ -190,8 +203,12 @@ class _Table:
         return float(value)
 
     def indices(self, key: str, size: int, count: int | None = None) -> Integers:
-        """Return the DoF that the key `key` lists, whole numbers 0 .. size - 1.
+        """Return the DoF that a key lists, whole numbers 0 .. size - 1, as an array.
 
+        Parameters
+        ----------
+        key : the key
+        size : number of DoF of the model
         count : required number of DoF; None: any. A single DoF may be written without a
             list
         """
@@ -213,7 +230,7 @@ def _is_number(value: object) -> bool:
 
 
 def read_wheel(path: Path) -> FiniteElements:
-    """Return the finite-element model that a TOML file describes, with its matrices.
+    """Read a finite-element model from its TOML file and the files of its matrices.
 
     Raises
     ------
@@ -267,7 +284,7 @@ def read_wheel(path: Path) -> FiniteElements:
 
 
 def _kind_of(document: dict[str, Any], file: str) -> str:
-    """Return which table a document has, "wheel" or "sector"; refuse others."""
+    """Return which table a file has, "wheel" or "sector"; refuse none or both."""
     kinds = [name for name in ("wheel", "sector") if name in document]
     if len(kinds) != 1:
         msg = f"{file} must have one of the tables [wheel], [sector], got {len(kinds)}"
@@ -279,11 +296,17 @@ def _kind_of(document: dict[str, Any], file: str) -> str:
 
 
 def _turning(table: _Table, folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
-    """Return ({"speeds": (2,), rad/s}, {name of a matrix or load: its file}).
+    """Return which files hold the matrices and the load of the terms of rotation.
 
-    These describe the terms of rotation; the first mapping is {} unless the table has
-    `speeds`, at which `stiffness_a` and `stiffness_b` hold; both mappings are {}
-    without such terms.
+    Parameters
+    ----------
+    table : table [wheel] or [sector]
+    folder : folder of the TOML file
+
+    Returns
+    -------
+    {"speeds": (2,), rad/s}, if the stiffness is given at two speeds, else {}; and {name
+    of a matrix or load: its file}, {} without terms of rotation
     """
     if not any(name in table.data for name in TURNING):
         return {}, {}
@@ -314,7 +337,7 @@ def _turning(table: _Table, folder: Path) -> tuple[dict[str, Any], dict[str, Pat
 def _read_turning(
     table: _Table, found: dict[str, Any], files: dict[str, Path], size: int
 ) -> None:
-    """Read the matrices and the load of the terms of rotation into `found`.
+    """Read the matrices and the load of the terms of rotation from their files.
 
     Parameters
     ----------
@@ -334,10 +357,10 @@ def _read_turning(
 
 
 def _points(table: _Table) -> dict[str, Floats]:
-    """Return {array in an engine's file: (n_c,)} of n_c contact points per tip.
+    """Return places and gaps of several contact points per tip from table [tips].
 
-    The arrays are the axial place, the angle and the additional gap of each point; {}
-    for a single point.
+    They are {name in an engine's file: (n_c,)}: the axial place, the angle and the
+    additional gap of each point; {} for a single point.
     """
     names = {"station": "tip_station", "turn": "tip_angle", "gap": "tip_gap"}
     beside = [name for name in ("turn", "gap") if name in table.data]
@@ -364,14 +387,19 @@ def _points(table: _Table) -> dict[str, Floats]:
 def _stress(
     document: dict[str, Any], path: Path, size: int, blades: int
 ) -> tuple[tuple[tuple[str, ...], sparse.csr_array] | None, list[Path]]:
-    """Return ((names of stress points, their rows), [file of the rows]) by [stress].
-
-    Return (None, []) without a table [stress].
+    """Return the stress points of table [stress] and their rows, read from a file.
 
     Parameters
     ----------
+    document : the parsed TOML file
+    path : path of that file
     size : n, number of DoF
     blades : number of blades whose rows are in the file
+
+    Returns
+    -------
+    (names of the points, rows (r, n), Pa/m), None without a table [stress]; and [file
+    of the rows], [] without
     """
     if "stress" not in document:
         return None, []
@@ -396,11 +424,19 @@ def _stress(
 def _tips(
     table: _Table, size: int, blades: int, counts: tuple[int, int]
 ) -> tuple[Integers, Floats]:
-    """Return the DoF of the tips, (c n_c, 2), and an angle for each blade, (c,), rad.
+    """Return the DoF of the tips and the direction of each blade from table [tips].
 
-    The angle leads from the axes of a blade's DoF to its radial, tangential axes.
-
+    Parameters
+    ----------
+    table : table [tips]
+    size : number of DoF of the model
+    blades : N
     counts : number c of blades in the model, and n_c of contact points per tip
+
+    Returns
+    -------
+    (c n_c, 2), DoF of each contact point; and (c,), rad, angle from the axes of a
+    blade's DoF to its radial, tangential axes
     """
     count, each = counts
     plane = "x" in table.data or "y" in table.data
@@ -437,7 +473,10 @@ def _centre(table: _Table, size: int, angle: float) -> Centre:
 def _cut(table: _Table, size: int) -> Cut:
     """Return the DoF on both cuts of a sector; refuse cuts of different sizes.
 
-    table, size : table [sector] of the TOML file; number of DoF
+    Parameters
+    ----------
+    table : table [sector] of the TOML file
+    size : number of DoF of the model
     """
     found = {name: table.indices(name, size) for name in CUTS}
     for left, right in (
@@ -459,7 +498,7 @@ def _cut(table: _Table, size: int) -> Cut:
 
 
 def _check_once(wheel: FiniteElements) -> None:
-    """Refuse a DoF that the keys of the file name twice."""
+    """Raise InputError if the keys of the file name a DoF twice."""
     cut = wheel.cut
     sides = (
         [] if cut is None else [cut.left, cut.right, cut.left_plane, cut.right_plane]

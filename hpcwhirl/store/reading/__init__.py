@@ -1,1 +1,1 @@
-"""Reading results: cases and their words, selection of cases, nearest cases."""
+"""Read results.h5: cases and their words, selection of cases, grids of cases."""

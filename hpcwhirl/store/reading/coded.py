@@ -1,4 +1,4 @@
-"""Words of many cases as codes of one byte each."""
+"""Words of many cases, such as regimes, held as codes of one byte each."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Words = NDArray[np.str_]
 
 @dataclass(frozen=True, eq=False)
 class Coded:
-    """Words of n cases, or of their twins, as codes; NumPy reads them as text.
+    """The words of n cases, or of their twins, as codes; NumPy reads it as text.
 
     Attributes
     ----------
     known : possible words, each once
-    code : (n,), index into `known`
+    code : (n,), or (n, twins), index into `known` of each word
     """
 
     known: tuple[str, ...]
@@ -30,7 +30,10 @@ class Coded:
 
     @classmethod
     def of(cls, words: NDArray[Any]) -> Coded:
-        """Return the words of n cases, (n,), as codes."""
+        """Return given words as codes.
+
+        words : (n,), the word of each case as text
+        """
         known, code = np.unique(words.astype(str), return_inverse=True)
         return cls(tuple(known.tolist()), code.astype(np.int8))
 
@@ -57,32 +60,32 @@ class Coded:
         return cls(tuple(known), codes.astype(np.int8, copy=False))
 
     def __len__(self) -> int:
-        """Return the number of cases."""
+        """Return the number of cases that have words here."""
         return len(self.code)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001 - NumPy's
-        """Return the words of all cases as text, (cases,)."""
+        """Return the words of all cases as text, an array of the shape of `code`."""
         del copy
         return np.array(self.known, dtype=dtype)[self.code]
 
     def __getitem__(self, rows: NDArray[Any]) -> Coded:
-        """Return the words of the cases that an index or a mask selects."""
+        """Return the words of the cases that an index array or a mask selects."""
         return Coded(self.known, self.code[rows])
 
     def __iter__(self) -> Iterator[str]:
-        """Yield the word of each case."""
+        """Yield the word of each case as text."""
         return map(self.known.__getitem__, self.code.tolist())
 
     def tolist(self) -> list[str]:
-        """Return the words of the cases as a list."""
+        """Return the words of all cases as a list of texts."""
         return list(self)
 
     def isin(self, words: Collection[str]) -> NDArray[np.bool_]:
-        """Return which cases have one of the given words, (cases,)."""
+        """Return for each case whether it has one of the given words, (cases,)."""
         return np.array([word in words for word in self.known])[self.code]
 
     def counts(self) -> dict[str, int]:
-        """Return {word: number of cases} of the words that occur."""
+        """Return {word: number of cases that have it} of the words that occur."""
         found = np.bincount(self.code.ravel(), minlength=len(self.known)).tolist()
         return {w: n for w, n in zip(self.known, found, strict=True) if n}
 
@@ -90,7 +93,9 @@ class Coded:
 def _together(
     columns: Sequence[Coded],
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Words]]:
-    """Return the combinations of words that n cases have in several columns.
+    """Return which combinations of words n cases have in several columns.
+
+    columns : (n,) words each, such as outcome and regime
 
     Returns
     -------
@@ -109,8 +114,11 @@ def _together(
 def combined(rule: Callable[..., Words], *columns: Coded) -> Coded:
     """Return the word that a rule gives to each case from its words in several columns.
 
-    rule : function of arrays of text, one for each column; it is called once, with
-        every combination of words that occurs
+    Parameters
+    ----------
+    rule : function of arrays of text, one for each column, that returns words; it is
+        called once, with every combination of words that occurs
+    columns : (n,) words each, such as status, outcome and regime
     """
     place, count, words = _together(columns)
     found, table = Coded.of(rule(*words)), np.zeros(len(count), dtype=np.int8)
@@ -119,7 +127,12 @@ def combined(rule: Callable[..., Words], *columns: Coded) -> Coded:
 
 
 def counted(columns: Sequence[Coded]) -> Counter[tuple[str, ...]]:
-    """Return {(a word of each column): number of cases}, in the order of occurrence."""
+    """Return {(word, word, ...): number of cases that have this combination of words}.
+
+    The combinations are in the order of their first occurrence.
+
+    columns : (n,) words each, such as outcome and regime
+    """
     place, count, words = _together(columns)
     first = np.zeros(len(count), dtype=np.int64)
     first[place[::-1]] = np.arange(len(place))[::-1]

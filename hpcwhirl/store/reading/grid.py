@@ -1,4 +1,4 @@
-"""Cases of a campaign as a grid over the swept inputs."""
+"""Results over the swept inputs: one axis per input instead of a list of cases."""
 
 from __future__ import annotations
 
@@ -80,10 +80,10 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
 
 
 def nearest(data: xarray.Dataset) -> xarray.Dataset:
-    """Return a refined campaign on its finest grid, the nearest case at each point.
+    """Return a refined campaign on a full grid of its finest values.
 
-    `computed` is 1 where the case lies at the point itself; `number` is the case's
-    number.
+    Each point has the variables of the nearest case. `computed` is 1 where that case
+    lies at the point itself; `number` is the case's number.
     """
     rows, values = nearest_rows(data)
     at = {n: data[n].to_numpy() for n in values}
@@ -96,17 +96,18 @@ def nearest(data: xarray.Dataset) -> xarray.Dataset:
 
 
 def nearest_rows(data: xarray.Dataset) -> tuple[Ints, dict[str, NDArray[Any]]]:
-    """Return the case nearest to each point of the finest grid of a refined campaign.
+    """Return the case nearest to each point of a refined map's finest grid.
 
     There is a grid for each combination of inputs not refined, one after the other.
-
     Only the corners of the unsplit cell around a point are considered. Distances are
     measured along each input in intervals of its coarse values.
+
+    data : results of a refined campaign, from `open_results`
 
     Returns
     -------
     rows : (points,), numbers of cases
-    values : {refined input: (points,)}
+    values : {refined input: (points,)}, its values at the points
     """
     over = str(data["cell_corner"].attrs["over"]).split()
     place = {n: data[PLACE + n].to_numpy() for n in over}
@@ -127,11 +128,13 @@ def nearest_rows(data: xarray.Dataset) -> tuple[Ints, dict[str, NDArray[Any]]]:
 def nearest_cases(
     cells: Cells, place: list[Floats], at: list[Floats], panels: int = 1
 ) -> Ints:
-    """Return the row of the case nearest to each point of a grid; -1 for none.
+    """Return the number of the case nearest to each point of a grid; -1 for none.
+
+    A position is measured in intervals between coarse values, from the first.
 
     Parameters
     ----------
-    cells : cells that are not split
+    cells : cells of a refined map that are not split
     place : (cases,), position of each case along each refined input
     at : positions of the grid along each refined input, ascending
     panels : number of panels, combinations of inputs not refined
@@ -150,12 +153,12 @@ def nearest_cases(
 
 
 def _sides(corner: Ints, place: list[Floats], at: list[Floats]) -> list[list[slice]]:
-    """Return which grid points of a cell are nearer to its low and its high corners.
+    """Return which grid points in a cell are nearer to its low and to its high corners.
 
     Parameters
     ----------
-    corner : (2^d,), cases at the corners of a cell
-    place, at : as in `nearest_cases`
+    corner : (2^d,), numbers of the cases at the corners of a cell
+    place, at : positions of cases and of grid points, as in `nearest_cases`
 
     Returns
     -------
@@ -172,18 +175,27 @@ def _sides(corner: Ints, place: list[Floats], at: list[Floats]) -> list[list[sli
 
 
 def _levels(table: xarray.Dataset, name: str, by: str) -> dict[Any, Any]:
-    """Return {value of the input `by`: value of the input `name` in the same case}.
+    """Return {value of one input: value of another one that follows from it}.
 
+    Parameters
+    ----------
     table : results over `case`
+    name : the input that follows
+    by : the input that determines it
     """
     keys, values = (table[n].to_numpy().tolist() for n in (by, name))
     return dict(zip(keys, values, strict=True))
 
 
 def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
-    """Return the swept inputs that become axes of the grid.
+    """Return the names of the swept inputs that become axes of the grid.
 
     They are those that vary, without inputs that are functions of an earlier one.
+
+    Parameters
+    ----------
+    table : results over `case`
+    swept : names of the swept inputs
     """
     varied = [n for n in swept if len(set(table[n].to_numpy().tolist())) > 1]
     cells = np.prod([float(len(set(table[n].to_numpy().tolist()))) for n in varied])
@@ -197,8 +209,12 @@ def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
 
 
 def _followed(table: xarray.Dataset, name: str, axes: list[str]) -> str:
-    """Return the first axis whose value determines an input's value, else "".
+    """Return the axis of the grid whose value determines an input's value, else "".
 
-    name, axes : the input; inputs that are axes of the grid
+    Parameters
+    ----------
+    table : results over `case`
+    name : the input
+    axes : inputs that are axes of the grid
     """
     return next((axis for axis in axes if follows(table, name, axis)), "")

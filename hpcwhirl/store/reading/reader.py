@@ -1,4 +1,4 @@
-"""Reading `results.h5` back as an `xarray.Dataset`."""
+"""Open `results.h5` as an `xarray.Dataset`, with words instead of codes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GROUPS = {"performance": "", "cells": "cell_", "boundaries": "boundary_"}
 
 
 def open_results(path: Path | str) -> xarray.Dataset:
-    """Return a campaign's results with its performance figures merged in.
+    """Return a campaign's results as one dataset, including computing times.
 
     Parameters
     ----------
@@ -31,8 +31,8 @@ def open_results(path: Path | str) -> xarray.Dataset:
     -------
     xarray.Dataset over `case` (and `time`, `xy`, ... if traces were kept), with units
     and long names on every variable; words and texts are strings. Numbers are read from
-    the file on access, traces case by case with `isel`. A refined campaign also has
-    its cells and boundaries, `cell_...` and `boundary_...`
+    the file on access, traces case by case with `isel`. A refined campaign also has its
+    cells and boundaries, `cell_...` and `boundary_...`
 
     Raises
     ------
@@ -43,7 +43,7 @@ def open_results(path: Path | str) -> xarray.Dataset:
 
 
 def open_coded(path: Path | str) -> xarray.Dataset:
-    """Return results as `open_results` does, but with integer codes instead of words.
+    """Return results as `open_results` does, but with codes for words, to save memory.
 
     A code takes 1 byte for each case, a word 40. `flag_meanings` lists the words.
     """
@@ -53,8 +53,11 @@ def open_coded(path: Path | str) -> xarray.Dataset:
 def _opened(
     path: Path | str, finish: Callable[[xarray.Dataset], xarray.Dataset]
 ) -> xarray.Dataset:
-    """Return all groups of a results file as one dataset, which `finish` has changed.
+    """Return all groups of a results file as one dataset, changed by `finish`.
 
+    Parameters
+    ----------
+    path : the file, or the directory that holds it
     finish : function from the dataset, with codes for words, to the one returned
     """
     import xarray
@@ -75,7 +78,10 @@ def _opened(
 
 
 def _with_words(data: xarray.Dataset) -> xarray.Dataset:
-    """Return results with words instead of codes; the codes are read now."""
+    """Return results with words instead of their integer codes.
+
+    The codes are read from the file now.
+    """
     named = {}
     for name in ENUMS.keys() & data.variables.keys():
         coded = data.variables[name]
@@ -89,13 +95,20 @@ def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
 
     The word is "" where xarray has masked a case (`xarray.Dataset.where`). Integer
     codes, as in a file opened by xarray alone, are converted by `flag_meanings`.
+
+    variable : a variable of results
     """
     values = variable.to_numpy()
     return values if values.dtype.kind == "U" else np.asarray(coded(variable), str)
 
 
 def coded(variable: xarray.DataArray) -> Coded:
-    """Return the words of a variable, (cases,), as `words` does, but as `Coded`."""
+    """Return the words of a variable such as `regime` as codes, (cases,).
+
+    The words are those that `words` returns.
+
+    variable : a variable of results
+    """
     values = variable.to_numpy()
     if values.dtype.kind == "O":  # text, and NaN where xarray has masked a case
         values = np.array([v if isinstance(v, str) else "" for v in values], str)

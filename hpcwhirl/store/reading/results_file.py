@@ -1,4 +1,4 @@
-"""Low-level reading of a results file: rows, traces and the plan."""
+"""Read rows, traces and the plan of a results file by h5py, without xarray."""
 
 from __future__ import annotations
 
@@ -34,16 +34,18 @@ BLOCK = 4_000_000  # bytes of traces read at once; a larger case is read alone
 
 
 def results_of(place: Path) -> Path:
-    """Return the path of a directory's results file, or a file's path unchanged.
+    """Return the path of the results file of a path that a user names.
 
-    The file need not exist.
+    It is the path itself, or results.h5 in a directory; the file need not exist.
+
+    place : path of results.h5, or of the directory that holds it
     """
     named = place.suffix == ".h5" and not place.is_dir()
     return place if named or place.is_file() else place / RESULTS
 
 
 def opened(path: Path) -> h5py.File:
-    """Open a results file; check that it is complete and of this format.
+    """Open a results file, after checking that it is complete and of this format.
 
     Data that belong together must be read from one open file, since the file may be
     replaced by another one at any time.
@@ -76,7 +78,10 @@ def opened(path: Path) -> h5py.File:
 
 
 def attribute(value: Any) -> Any:
-    """Return an attribute's value, with bytes of a text that are not UTF-8 escaped."""
+    """Return the value of an HDF5 attribute as a Python number or text.
+
+    Bytes of a text that are not UTF-8 are escaped.
+    """
     value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, str):
         value = value.encode("utf-8", "surrogateescape")
@@ -86,24 +91,31 @@ def attribute(value: Any) -> Any:
 
 
 def attributes_of(data: h5py.Group | h5py.Dataset) -> dict[str, Any]:
-    """Return the attributes of a group or variable without those of netCDF itself."""
+    """Return {name: value} of a group's or variable's attributes, except netCDF's."""
     return {n: attribute(data.attrs[n]) for n in data.attrs if n not in NETCDF}
 
 
 def words_in(file: h5py.Group, name: str) -> NDArray[np.str_]:
-    """Return the words of a variable as text, (cases,); see `coded_in`.
+    """Return the words of a variable of a results file as text, (cases,).
 
+    Parameters
+    ----------
+    file : the open file, or a group in it
     name : name of the variable
     """
     return np.asarray(coded_in(file, name))
 
 
 def coded_in(file: h5py.Group, name: str, cases: slice = slice(None)) -> Coded:
-    """Return the words of a variable by the file's own `flag_meanings`, (cases,).
+    """Return the words of a variable of a results file as codes, (cases,).
+
+    The words are those of the file's `flag_meanings`, since another version may have
+    had other words.
 
     Parameters
     ----------
-    file, name : group and variable
+    file : the open file, or a group in it
+    name : name of the variable
     cases : which cases to read
 
     Raises
@@ -116,9 +128,10 @@ def coded_in(file: h5py.Group, name: str, cases: slice = slice(None)) -> Coded:
 
 
 class Results:
-    """A results file: `results[name]` is a variable, (cases,), read on access.
+    """An open results file: `results[name]` is a variable, (cases,), read on access.
 
-    The file is opened once, so that rows and traces belong together.
+    The file is opened once, so that rows and traces belong together; a `with` statement
+    closes it.
 
     Parameters
     ----------
@@ -152,11 +165,11 @@ class Results:
         self.file.close()
 
     def __len__(self) -> int:
-        """Return the number of cases."""
+        """Return the number of cases in the results."""
         return self._count
 
     def __contains__(self, name: object) -> bool:
-        """Return whether the file has a variable."""
+        """Return whether the results have a variable of this name."""
         return str(name) in self._group(str(name))
 
     def __getitem__(self, name: str) -> NDArray[Any]:
@@ -175,7 +188,7 @@ class Results:
 
     @cached_property
     def plan(self) -> Manifest:
-        """The plan of the campaign; its cases are in the order of the file."""
+        """The plan of the campaign, with its cases in the order of the results."""
         with reading(self.path):
             plan = plan_of_results(self.path, self.file)
         if len(plan.digests) != len(self):
@@ -185,20 +198,26 @@ class Results:
 
     @cached_property
     def rows(self) -> Rows:
-        """Sequence of {name: value} of each case: its numbers, words and status."""
+        """Numbers, words and status of each case, as a sequence of {name: value}."""
         over = {name for name in OVER_SPEED if name in self}
         return Rows({name: self[name] for name in (*ROW, *STATUS, *over)})
 
     def settings(self, case: int) -> dict[str, Any]:
-        """Return {dotted input: value} of all inputs of a case."""
+        """Return {dotted input: value} of all inputs of a case, from the plan."""
         return self.plan.base | self.plan.settings[case]
 
     def value(self, case: int, name: str) -> Any:
-        """Return the value of an input of a case; `name` is short or dotted."""
+        """Return the value of one input of a case.
+
+        Parameters
+        ----------
+        case : number of the case
+        name : short or dotted name of the input
+        """
         return self.settings(case)[full_name(name)]
 
     def scene(self, case: int) -> Scene:
-        """Return the scene of a case, from the plan."""
+        """Return the scene of a case, with the inputs that the plan has."""
         known, given = input_names(), self.settings(case)
         return apply_settings(Scene(), {n: v for n, v in given.items() if n in known})
 
@@ -207,7 +226,10 @@ class Results:
         return [int(i) for i in np.flatnonzero(self["status"] == "ok")]
 
     def slices(self) -> list[list[int]]:
-        """Return groups of finished cases that differ in speed only, by speed."""
+        """Return groups of finished cases that differ in speed only.
+
+        The cases of a group are ordered by speed.
+        """
         found: dict[str, list[int]] = {}
         for case in self.finished():
             key = json.dumps(self._others(case), sort_keys=True)
@@ -215,11 +237,14 @@ class Results:
         return [sorted(line, key=self["speed"].__getitem__) for line in found.values()]
 
     def like(self, case: int) -> list[int]:
-        """Return the finished cases that differ from a case in speed only, by speed."""
+        """Return the finished cases that differ from a case in speed only.
+
+        They are ordered by speed, and include the case itself.
+        """
         return next(line for line in self.slices() if case in line)
 
     def others(self, case: int, sign: str = " = ", but: Sequence[str] = ()) -> str:
-        """Return a case's swept inputs as text, without `speed` and `history`.
+        """Return a case's swept inputs as text for titles, without speed and history.
 
         Parameters
         ----------
@@ -235,7 +260,7 @@ class Results:
         return {n: v for n, v in settings.items() if n not in ("speed", "history")}
 
     def traces(self, case: int) -> Traces:
-        """Return the traces of a case, and `time`.
+        """Read the traces of a case, {name: array}, including `time`.
 
         Raises
         ------
@@ -252,7 +277,9 @@ class Results:
     def each_traces(
         self, cases: Sequence[int], names: Sequence[str]
     ) -> Iterator[tuple[int, Traces]]:
-        """Yield (case, its traces and `time`); few cases are in memory at a time.
+        """Yield the number and the traces of each given case, including `time`.
+
+        Few cases are in memory at a time.
 
         Parameters
         ----------
@@ -274,7 +301,10 @@ class Results:
                     yield case, {"time": time} | own
 
     def digest(self) -> str:
-        """Return a digest that changes when `classify` changes words or thresholds."""
+        """Return a text that changes when `classify` changes words or thresholds.
+
+        It is the SHA-256 of the file's numbers and thresholds, without traces.
+        """
         found = hashlib.sha256()
         for name in sorted(n for n in ROW | STATUS | SHARE if n in self):
             found.update(self[name].tobytes())
@@ -284,13 +314,16 @@ class Results:
 
 
 class Rows(Sequence[Row]):
-    """Sequence of {name: value} of each case, made on access from {name: (cases,)}."""
+    """Sequence of {variable: value} of each case, made on access from arrays.
+
+    columns : {variable: (cases,)}
+    """
 
     def __init__(self, columns: dict[str, NDArray[Any]]) -> None:
         self.columns = columns
 
     def __len__(self) -> int:
-        """Return the number of cases."""
+        """Return the number of cases in the results."""
         return len(self.columns["status"])
 
     @overload
@@ -305,9 +338,12 @@ class Rows(Sequence[Row]):
 
 
 def _blocks(cases: Sequence[int], most: int) -> Iterator[list[int]]:
-    """Yield groups of cases that lie close together, each among `most` successive ones.
+    """Yield groups of case numbers that lie close together, to be read in one go.
 
+    Parameters
+    ----------
     cases : numbers of cases, ascending
+    most : largest number of successive cases from the first to the last of a group
     """
     block: list[int] = []
     for case in cases:
@@ -320,14 +356,20 @@ def _blocks(cases: Sequence[int], most: int) -> Iterator[list[int]]:
 
 
 def count_statuses(path: Path) -> dict[str, int]:
-    """Return {status: number of cases} of a results file, including `missing`."""
+    """Return {status: number of cases that have it} of a results file.
+
+    Cases that are missing have the status `missing`.
+    """
     with Results(path) as results, reading(path):
         found = coded_in(results.file, "status").counts()
         return {name: found[name] for name in ENUMS["status"] if name in found}
 
 
 def has_contact(path: Path) -> bool:
-    """Return whether blades touched in any case; True if no case has ended."""
+    """Return whether blades touched the casing in any case of a results file.
+
+    True if no case has ended.
+    """
     with Results(path) as results, reading(path):
         ended = coded_in(results.file, "status").isin(["ok"])
         return bool((results["contacts"][ended] > 0).any() or not ended.any())

@@ -1,4 +1,7 @@
-"""Selection of cases by values of inputs, named as in the TOML or in the results."""
+"""Select cases of results by values of their inputs, as the option --at does.
+
+Inputs may be named as in the TOML or as in the results.
+"""
 
 from __future__ import annotations
 
@@ -27,18 +30,25 @@ Mask = NDArray[np.bool_]
 
 
 def swept_of(data: xarray.Dataset | Results) -> list[str]:
-    """Return the names of the variables of swept inputs, in the order of the file."""
+    """Return the names of the swept inputs' variables in results, in file order."""
     return [n for n in str(data.attrs.get("swept", "")).split() if n in data]
 
 
 def follows(data: xarray.Dataset, name: str, by: str) -> bool:
-    """Return whether the value of input `by` determines that of input `name`."""
+    """Return whether the value of one input determines that of another in all cases.
+
+    Parameters
+    ----------
+    data : results over `case`
+    name : the input that may be determined
+    by : the input that may determine it
+    """
     known, values = (data[n].to_numpy().tolist() for n in (by, name))
     return len(set(zip(known, values, strict=True))) == len(set(known))
 
 
 def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> str:
-    """Return the variable of an input named as in the file or as in the TOML.
+    """Return the results' variable of an input that a user names, in any allowed form.
 
     Parameters
     ----------
@@ -61,7 +71,7 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
 
 
 def numbers_in(data: xarray.Dataset) -> list[str]:
-    """Return the names of the variables that have a number for each case."""
+    """Return the names of the results' variables that have a number for each case."""
     return [
         str(n) for n, v in data.variables.items()
         if v.dims == ("case",) and v.dtype.kind in "iuf" and n != "case"
@@ -81,7 +91,7 @@ def known_counts(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def value_text(value: Any) -> str:
-    """Return a value as text, a float with at most ten significant digits."""
+    """Return a value as text for messages and tables, a float with up to ten digits."""
     if isinstance(value, float | np.floating):
         return f"{value:.10g}"
     return str(value)
@@ -90,7 +100,7 @@ def value_text(value: Any) -> str:
 def where(
     settings: Sequence[str], columns: Mapping[str, NDArray[Any]], option: str = "--at"
 ) -> Mask | None:
-    """Return which cases have the values in texts ``NAME=V[,V...]``; None: no text.
+    """Return for each case whether it has the values that texts ``NAME=V[,V...]`` give.
 
     Several settings of one input admit any of their values.
 
@@ -99,6 +109,10 @@ def where(
     settings : these texts, such as ``speed=410``
     columns : {variable: (cases,)} of the inputs that settings may name
     option : name of the option that has the settings, for messages
+
+    Returns
+    -------
+    (cases,); None if there is no text
     """
     admitted: dict[str, Mask] = {}
     for text in settings:
@@ -119,7 +133,13 @@ def where(
 
 
 def chosen(data: xarray.Dataset, settings: Sequence[str]) -> xarray.Dataset:
-    """Return the cases of results that have the values in texts ``NAME=V``."""
+    """Return those cases of results that have the values in texts ``NAME=V``.
+
+    Parameters
+    ----------
+    data : results from `open_results`
+    settings : texts such as ``speed=410``
+    """
     mask = where(settings, {name: data[name].to_numpy() for name in swept_of(data)})
     return data if mask is None else data.isel(case=np.flatnonzero(mask))
 
@@ -143,9 +163,14 @@ def _equal(values: NDArray[Any], raw: str, what: str, unit: str) -> Mask:
 
 
 def _numbered(values: NDArray[Any], raw: str) -> str:
-    """Return the n-th distinct text of a column for ``#n``; other texts unchanged.
+    """Return the n-th distinct text of a variable if the user gives ``#n``.
 
-    values, raw : the column, (cases,); the text of the user
+    Other texts are returned unchanged.
+
+    Parameters
+    ----------
+    values : (cases,), values of the variable
+    raw : text of the user
     """
     order = list(dict.fromkeys(values.astype(str).tolist()))
     known = {f"#{i + 1}": text for i, text in enumerate(order)}
@@ -188,9 +213,12 @@ def _same_text(value: str, raw: str) -> bool:
 
 
 def _nearest(values: NDArray[Any], wanted: float) -> str:
-    """Return a text that lists an input's values: all if few, else the nearest two.
+    """Return a hint for a message: an input's values, all if few, else the nearest two.
 
-    values, wanted : values of the cases; value that the user asks for
+    Parameters
+    ----------
+    values : (cases,), values of the cases
+    wanted : value that the user asks for
     """
     known = np.unique(values[np.isfinite(values)])
     if len(known) <= MOST_SHOWN:

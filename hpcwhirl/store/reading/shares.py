@@ -1,4 +1,4 @@
-"""The words of cases, shares of their twins with each word, and their credibility."""
+"""How many twins of a case share its word, and how far words can be trusted."""
 
 from __future__ import annotations
 
@@ -55,8 +55,9 @@ for _word in REGIMES:
 
 
 def words_of(status: Words, outcome: Words, regime: Words) -> Words:
-    """Return the word by which maps and tables show each case, of `SHOWN`, (cases,).
+    """Return the word by which maps and tables show each case, (cases,).
 
+    It is the regime or, for a case without one, outcome or status.
     `scene.words.word_of` is the same for a single case.
 
     status, outcome, regime : (cases,), words of each case
@@ -69,7 +70,9 @@ def words_of(status: Words, outcome: Words, regime: Words) -> Words:
 
 @lru_cache(maxsize=65536)
 def interval(count: int, total: int) -> tuple[float, float, float]:
-    """Return a share and the ends of its 95 % interval (Wilson); NaN if `total` is 0.
+    """Return a share, and the lower and upper end of its 95 % interval (Wilson).
+
+    All are NaN if `total` is 0.
 
     Parameters
     ----------
@@ -84,12 +87,16 @@ def interval(count: int, total: int) -> tuple[float, float, float]:
 
 
 def shares(own: Words, twins: Words) -> dict[str, NDArray[Any]]:
-    """Return {variable of `SHARE`: (cases,)}: shares of each case's twins by word.
+    """Return, for each case, which share of its twins has which word.
 
     Parameters
     ----------
     own : (cases,), the word of each case, see `words_of`
     twins : (cases, twins), the words of each case's twins
+
+    Returns
+    -------
+    {variable: (cases,)} of the variables of `SHARE`
     """
     given = ~np.isin(twins, WITHOUT)
     total = given.sum(axis=1)
@@ -105,13 +112,16 @@ def shares(own: Words, twins: Words) -> dict[str, NDArray[Any]]:
 
 
 def _majority(own: Words, twins: Words, total: NDArray[Any]) -> NDArray[np.int8]:
-    """Return the most frequent word of each case and its twins, as a code, (cases,).
+    """Return the code of the most frequent word of each case and its twins, (cases,).
 
     In a tie the case's own word wins if it is among the most frequent ones, else the
     first of these in the order of `ENUMS`.
 
-    own, twins : see `shares`
-    total : (cases,), number of twins with a result
+    Parameters
+    ----------
+    own : (cases,), the word of each case
+    twins : (cases, twins), the words of its twins
+    total : (cases,), number of its twins with a result
     """
     known = ENUMS[MAJORITY]
     votes = np.column_stack([(twins == w).sum(axis=1) + (own == w) for w in known])
@@ -125,10 +135,10 @@ def _majority(own: Words, twins: Words, total: NDArray[Any]) -> NDArray[np.int8]
 
 @dataclass(frozen=True)
 class Credibility:
-    """Number of cases whose twins all have the same word as the case.
+    """How many cases keep their word in all their twins.
 
-    For a random sample of the even cases of a map, this share shows how reliable the
-    map is away from its boundaries.
+    For a random sample of the cases away from boundaries (even cases), this share shows
+    how reliable the map is there.
 
     Attributes
     ----------
@@ -145,11 +155,11 @@ class Credibility:
 
     @property
     def share(self) -> tuple[float, float, float]:
-        """Share of cases, `kept` / `cases`, and its 95 % interval (Wilson)."""
+        """Share of cases that keep their word, and the ends of its 95 % interval."""
         return interval(self.kept, self.cases)
 
     def __str__(self) -> str:
-        """Return these numbers as one line of text."""
+        """Return the numbers of cases and the share as one line of text."""
         if not self.cases:
             return f"no {WHICH[self.of]} with twins"
         share, low, high = self.share
@@ -160,7 +170,7 @@ class Credibility:
 
 
 def credibility(data: xarray.Dataset) -> Credibility:
-    """Return the number of cases whose twins all have the word of their case.
+    """Return how many cases keep their word in all their twins.
 
     Parameters
     ----------
@@ -178,7 +188,7 @@ def credibility(data: xarray.Dataset) -> Credibility:
 
 
 def find_credibility(data: xarray.Dataset | Results) -> Credibility | None:
-    """Return the `Credibility` of results; None if no case has twins."""
+    """Return how many cases keep their word in all their twins; None without twins."""
     if COUNT not in data or TWINS_OF not in data.attrs:
         return None
     count, share = (np.asarray(data[name]) for name in (COUNT, SHARED))

@@ -1,4 +1,4 @@
-"""The variables of a results file for xarray, which reads them where they are indexed.
+"""Let xarray read the variables of a results file quickly, and only when indexed.
 
 xarray's reader of netCDF-4, h5netcdf, asks the file some twenty times about each of a
 hundred variables, which took most of the time of opening results.
@@ -19,9 +19,10 @@ from hpcwhirl.store.reading.results_file import attributes_of, opened
 
 
 class ResultsStore(AbstractDataStore):
-    """Some groups of one results file as one store; unpickling opens the file again.
+    """The groups of a results file as one source of variables for xarray.
 
-    If each group were opened by path, the file could be replaced between two of them.
+    The file is opened once: if each group were opened by path, the file could be
+    replaced between two of them. Unpickling opens it again.
 
     Parameters
     ----------
@@ -41,7 +42,7 @@ class ResultsStore(AbstractDataStore):
         self.axes: dict[int, str] = {}  # {address in the file: path in the file}
 
     def get_attrs(self) -> dict[str, Any]:
-        """Return the attributes of the root group."""
+        """Return {name: value} of the attributes of the file's root group."""
         return attributes_of(self.file)
 
     def get_variables(self) -> dict[str, Variable]:
@@ -83,18 +84,21 @@ class ResultsStore(AbstractDataStore):
         return self.axes[address]
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the results file."""
         self.file.close()
 
     def __reduce__(self) -> Any:
-        """Pickle the path and the prefixes; unpickling opens the file again."""
+        """Return how to pickle the store: by path and prefixes, without open file."""
         return type(self), (self.path, self.prefixes)
 
 
 class _Column(BackendArray):
-    """A variable of an open file, given by its path in the file.
+    """A variable of an open results file, of which xarray reads the parts it indexes.
 
-    It is read as xarray indexes it.
+    Parameters
+    ----------
+    store : store of the open file
+    place : path of the variable in the file
     """
 
     def __init__(
@@ -105,14 +109,14 @@ class _Column(BackendArray):
         self.shape, self.dtype = self.data.shape, self.data.dtype
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
-        """Read the elements that xarray's index selects."""
+        """Read those numbers of the variable that xarray's index selects."""
         able = indexing.IndexingSupport.OUTER_1VECTOR
         return indexing.explicit_indexing_adapter(
             key, self.shape, able, self.data.__getitem__
         )
 
     def __reduce__(self) -> Any:
-        """Pickle the store and the path; an open HDF5 variable cannot be pickled."""
+        """Return how to pickle the variable: by its store and path, without HDF5's."""
         return type(self), (self.store, self.place)
 
 

@@ -1,1 +1,1 @@
-"""Writing `results.h5`: its contents, layout and gathering."""
+"""Write `results.h5`: its layout, its contents, and gathering them from journals."""

@@ -1,4 +1,7 @@
-"""Columns and traces of cases as arrays, in blocks of bounded size."""
+"""Read the records of some cases (a block) as the arrays that results.h5 stores.
+
+Gathering goes block by block, so that its memory does not grow with the campaign.
+"""
 
 from __future__ import annotations
 
@@ -32,10 +35,10 @@ MISSING = {"status": "missing", "message": "not computed yet"}  # without a reco
 
 
 def ranges(cases: int, rank: int, size: int, block: int) -> list[range]:
-    """Return the ranges of cases that a rank writes, equally many for every rank.
+    """Return which cases this rank writes into results.h5, in ranges of limited size.
 
-    The cases of a rank are contiguous; ranks differ by at most one case. A rank with
-    fewer ranges gets empty ones at the end.
+    The cases of a rank are contiguous; ranks differ by at most one case. Every rank
+    gets equally many ranges; a rank with fewer cases gets empty ones at the end.
 
     Parameters
     ----------
@@ -51,15 +54,25 @@ def ranges(cases: int, rank: int, size: int, block: int) -> list[range]:
 
 
 def block_size(contents: Contents) -> int:
-    """Return how many cases are read and written together, as a block."""
+    """Return how many cases are read and written together, as one block.
+
+    contents : what results are gathered from
+    """
     each = max(contents.bytes_of_traces(), 1)
     return max(1, min(MOST_CASES, MOST_BYTES // each))
 
 
 def read_block(contents: Contents, cases: range) -> Block:
-    """Return {variable: values, (cases, ...)} of some cases, as results.h5 stores them.
+    """Read the records and traces of some cases; return them as results.h5 stores them.
 
-    contents, cases : what results are gathered from; numbers of the cases
+    Parameters
+    ----------
+    contents : what results are gathered from
+    cases : numbers of the cases
+
+    Returns
+    -------
+    {variable: values, (cases, ...)}
 
     Raises
     ------
@@ -79,10 +92,16 @@ def read_block(contents: Contents, cases: range) -> Block:
 
 
 def _fill(plan: Manifest, cases: range, parts: Parts, out: Block) -> None:
-    """Mark cases without a record as missing; enter inputs of cases without numbers.
+    """Enter what is known of cases without a record: status `missing`, and inputs.
 
-    plan, cases : plan of the campaign; numbers of the cases
-    parts, out : their records; {variable: (cases,)}, changed here
+    Inputs are also entered for cases that gave no numbers.
+
+    Parameters
+    ----------
+    plan : plan of the campaign
+    cases : numbers of the cases
+    parts : their records
+    out : {variable: (cases,)}, changed here
     """
     none = np.ones((2, len(cases)), dtype=bool)
     for at, rows in parts:
@@ -95,7 +114,13 @@ def _fill(plan: Manifest, cases: range, parts: Parts, out: Block) -> None:
 
 
 def _swept(plan: Manifest, cases: range) -> Block:
-    """Return {variable: (cases,)} of the swept inputs that `ROW` does not have."""
+    """Return {variable: (cases,)} of swept inputs that are no usual variables (`ROW`).
+
+    Parameters
+    ----------
+    plan : plan of the campaign
+    cases : numbers of the cases
+    """
     out: Block = {}
     numbers = np.arange(cases.start, cases.stop)
     for name, dotted in swept_extra(plan).items():
@@ -105,9 +130,17 @@ def _swept(plan: Manifest, cases: range) -> Block:
 
 
 def _twins(contents: Contents, cases: range, own: Block) -> Block:
-    """Return {`twins/NAME`: (cases, twins)} of all twins, and shares of their words.
+    """Return the variables of the twins of some cases, and shares of their words.
 
-    own : columns of the cases themselves, with status, outcome and regime
+    Parameters
+    ----------
+    contents : what results are gathered from
+    cases : numbers of the cases
+    own : {variable: (cases,)} of the cases themselves, with status, outcome and regime
+
+    Returns
+    -------
+    {`twins/NAME`: (cases, twins)} and {share: (cases,)}
     """
     if not contents.twins:
         return {}
@@ -135,8 +168,12 @@ def _words(codes: Array, name: str) -> Array:
 
 
 def _asked(contents: Contents, cases: range, parts: Parts) -> Block:
-    """Return {variable: (cases,)} of the variables that a plan's inputs add.
+    """Return {variable: (cases,)} of those variables that only some inputs ask for.
 
+    Parameters
+    ----------
+    contents : what results are gathered from
+    cases : numbers of the cases
     parts : records of the cases, one journal at a time
     """
     out = _table(contents.asked, parts, len(cases), "row.")
@@ -155,7 +192,7 @@ def _asked(contents: Contents, cases: range, parts: Parts) -> Block:
 
 
 def _records(parts: Iterable[tuple[Array, Rows]]) -> dict[int, Record]:
-    """Return {index of a case in its block: its record}.
+    """Return {index of a case in its block: the record of the case}.
 
     parts : (indices of cases, their records), one journal at a time
     """
@@ -164,7 +201,13 @@ def _records(parts: Iterable[tuple[Array, Rows]]) -> dict[int, Record]:
 
 
 def inputs_of(plan: Manifest, case: int) -> dict[str, Any]:
-    """Return {variable: value} of a case's inputs, for a case without a result."""
+    """Return {variable: value} of the inputs of a case that gave no result.
+
+    Parameters
+    ----------
+    plan : plan of the campaign
+    case : number of the case
+    """
     values = plan.base | plan.settings[case]
     if values.get("revolutions"):
         asked = values["duration"], values["revolutions"], values["speed"]
@@ -174,11 +217,18 @@ def inputs_of(plan: Manifest, case: int) -> dict[str, Any]:
 
 
 def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Block:
-    """Return {variable of `table`: values as stored, (count,)} of a block of cases.
+    """Return the values of some variables in the records of a block of cases.
 
-    parts, count : records of the cases; number of cases
-
+    Parameters
+    ----------
+    table : the variables
+    parts : records of the cases, one journal at a time
+    count : number of cases
     of : prefix of these variables' fields in the records, such as "row."; "": no prefix
+
+    Returns
+    -------
+    {variable: (count,)}, values as stored; a missing one is NaN, -1, 0 or b""
     """
     out: Block = {}
     for name, quantity in table.items():
@@ -190,10 +240,17 @@ def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Blo
 
 
 def _column(rows: Rows, key: str, name: str, quantity: Quantity) -> Array:
-    """Return the values of a field as they are stored, (records,).
+    """Return the values that a field has in some records, as results.h5 stores them.
 
-    rows, quantity : records; unit and kind of the variable
+    Parameters
+    ----------
+    rows : the records
     key, name : the field in the records, and the variable in the results
+    quantity : unit and kind of the variable
+
+    Returns
+    -------
+    (records,); a missing value is NaN, -1, 0 or b""
 
     Raises
     ------

@@ -1,4 +1,6 @@
-"""Groups `cells` and `boundaries` of a refined campaign's results.
+"""Write and read the cells and boundaries of a refined map in its results.
+
+These are two groups of results.h5:
 
 - `cells`: for every cell that is not split, the cases at its corners, the last refined
   input varying fastest (`corner`; -1: not computed, since a budget ended the
@@ -66,15 +68,15 @@ TOLD = {
 
 @dataclass(frozen=True)
 class Refined:
-    """Cells and boundaries of a refined campaign, for its map.
+    """Cells and boundaries of a refined campaign, as its map draws them.
 
     Attributes
     ----------
     over : variables of the refined inputs
     scale : "linear" or "log" for each refined input
     cells : cells that are not split
-    panel_of : (cases,), number of the panel (combination of inputs not refined) of
-        each case
+    panel_of : (cases,), number of the panel (combination of inputs not refined) of each
+        case
     last : {refined input: (cases,)}, whether a case has the largest value of that input
     by : kind of word that changes at the boundaries, "regime" or "whirl"
     at : {refined input: (p,)}, coordinates of the p points of boundaries
@@ -94,7 +96,10 @@ class Refined:
 
 
 def cells_of(plan: Manifest) -> Cells | None:
-    """Return the cells that are not split; None for a plan without [refine]."""
+    """Return the cells of a refined map that are not split; None without [refine].
+
+    plan : plan of the campaign with all refined cases
+    """
     if not isinstance(plan, RefinedPlan) or plan.growth is None:
         return None
     row = {address: number for number, address in enumerate(plan.addresses)}
@@ -116,8 +121,12 @@ def _unsplit(
     A cell counts as unsplit if cases of any of its parts are missing, since a budget
     may leave them out.
 
-    tree, panel : tree of the panel's cells; number of the panel
-    row : {address: row} of the cases that exist
+    Parameters
+    ----------
+    tree : tree of the panel's cells
+    lattice : possible values of the refined inputs
+    panel : number of the panel
+    row : {address: number} of the cases that exist
     """
 
     def is_wanted(cell: Cell) -> bool:
@@ -152,7 +161,7 @@ def _cell(
 def define_cells(
     file: h5py.File, plan: Manifest, rows: Mapping[str, NDArray[Any]]
 ) -> None:
-    """Write the groups `cells` and `boundaries`, which follow from plan and `rows`.
+    """Write the groups `cells` and `boundaries` of a refined campaign's results.
 
     Parameters
     ----------
@@ -189,9 +198,13 @@ def _define_boundaries(
 
 
 def _cases(file: h5py.File, rows: Mapping[str, NDArray[Any]], by: str) -> Cases:
-    """Return the cases of a refined campaign with their words of the kind `by`.
+    """Return the cases of a refined map with the words that its boundaries separate.
 
+    Parameters
+    ----------
+    file : results file, which has the group `cells`
     rows : {variable: (cases,)}, words, refined inputs and fidelity
+    by : kind of word, see `refinement.words`
     """
     return Cases(
         np.array([rows[name] for name in _list(file, "over")], dtype=float),
@@ -223,8 +236,13 @@ def _put(
     axis: str,
     quantity: Quantity | None = None,
 ) -> None:
-    """Write a variable over the axis `axis` of its group, defined here if needed.
+    """Write a variable into a group, and define its axis there if needed.
 
+    Parameters
+    ----------
+    group : `cells` or `boundaries`
+    name, values : the variable, (n,), or (n, corners)
+    axis : name of its first axis, such as "cell" or "point"
     quantity : unit and meaning of the variable; None: those in `TOLD`
     """
     quantity = quantity or TOLD[name]
@@ -238,8 +256,10 @@ def _put(
 
 
 def _words(rows: Mapping[str, NDArray[Any]], by: str) -> list[Word]:
-    """Return the word of each case, by which cells are split, (cases,); "": none.
+    """Return the word of each case that refinement compares, (cases,); "": none.
 
+    Parameters
+    ----------
     rows : {variable: (cases,)}
     by : kind of word, see `refinement.words`
     """
@@ -256,10 +276,8 @@ def _words(rows: Mapping[str, NDArray[Any]], by: str) -> list[Word]:
 
 
 def write_boundaries(file: h5py.File) -> None:
-    """Write boundaries and the states of cells anew, for words that have changed.
+    """Write boundaries and states of cells again, after `classify` has changed words.
 
-    Parameters
-    ----------
     file : results file, opened for writing; unchanged if the campaign is not refined
     """
     if CELLS not in file:
@@ -271,11 +289,18 @@ def write_boundaries(file: h5py.File) -> None:
 
 
 def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]:
-    """Return cells with states by the file's present words, and columns of the cases.
+    """Return the cells with states that follow from the present words in the file.
 
-    Cells in speckle keep this state. The columns are {variable: (cases,)}.
+    Cells in speckle keep this state.
 
-    by : kind of word, see `refinement.words`
+    Parameters
+    ----------
+    file : results file
+    by : kind of word that decides, see `refinement.words`
+
+    Returns
+    -------
+    the cells; and {variable: (cases,)} of words, refined inputs and fidelity
     """
     group = file[CELLS]
     own = {n: group[n][:] for n in ("corner", "panel", "level", "state", "confirmed")}
@@ -291,10 +316,17 @@ def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]
 
 
 def read_refined(path: Path, by: str = "") -> Refined | None:
-    """Return the cells and boundaries of a results file; None if it is not refined.
+    """Read the cells and boundaries of a refined map from its results file.
 
+    Parameters
+    ----------
+    path : the results file
     by : kind of word that changes at the boundaries, "regime" or "whirl"; "": the kind
         by which cells were split
+
+    Returns
+    -------
+    cells and boundaries; None if the campaign is not refined
     """
     with reading(path), h5py.File(path, "r") as file:
         if CELLS not in file:

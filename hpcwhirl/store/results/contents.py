@@ -1,4 +1,4 @@
-"""Contents of a future results file: plan, positions of records, sizes of axes.
+"""What a results file will be gathered from: plan, places of records, sizes of axes.
 
 Whether an existing `results.h5` is up to date is known without reading the journals:
 the group `performance` of the file stores its sources: the plan, and names, sizes and
@@ -51,7 +51,7 @@ STAMP = "results.stamp"  # in `runs`
 
 @dataclass
 class Contents:
-    """What results are gathered from: where records and traces are, and their sizes.
+    """What results are gathered from: plan, where records are, and sizes of traces.
 
     It takes some 50 bytes for each case.
 
@@ -59,8 +59,8 @@ class Contents:
     ----------
     journals, plan : journals and plan of the campaign
     files : (file, header) of each journal
-    place : (cases, 1 + twins, 2), for each case and twin: index of the journal, -1
-        without a record, and first byte of the record
+    place : (cases, 1 + twins, 2), for each case and twin: index in `files` of the
+        journal, -1 without a record, and first byte of the record
     samples : (cases,), number of samples of the traces
     sizes : {axis: largest size in any case}, axes of traces other than samples
     kept : names of the traces of any case, in the order of `TRACES`
@@ -91,32 +91,35 @@ class Contents:
 
     @property
     def cases(self) -> int:
-        """Number of cases."""
+        """Number of cases in the results."""
         return len(self.plan.digests)
 
     @property
     def twins(self) -> int:
-        """Number of twins of a case that has twins."""
+        """Number of twins of each case that has twins."""
         return int(self.plan.twins.get("count", 0))
 
     @cached_property
     def asked(self) -> dict[str, Quantity]:
-        """{variable: `Quantity`} of the optional variables, see `asked_quantities`."""
+        """{variable: unit and meaning} of variables that only some inputs ask for."""
         return asked_quantities(self.plan)
 
     @cached_property
     def tuned(self) -> dict[int, int]:
-        """{case: case without mistuning that has the same other inputs}."""
+        """{case: the case with equal blades that has the same other inputs}."""
         return tuned_cases(self.plan)
 
     @property
     def common_interval(self) -> float | None:
-        """Interval between samples, s, if it is the same in all cases; else None."""
+        """Time between samples of traces, s, if the same in all cases; else None."""
         found = np.unique(self.interval[np.isfinite(self.interval)])
         return float(found[0]) if len(found) == 1 else None
 
     def trace_shapes(self) -> dict[str, tuple[int, ...]]:
-        """Return {trace: shape of its array for one case, padded to the longest}."""
+        """Return {trace: shape of its array for one case} in the results.
+
+        Shorter traces are padded to the longest.
+        """
         longest = int(self.samples.max(initial=0))
         shapes = {
             name: (longest, *(self.sizes[axis] for axis in TRACES[name].axes))
@@ -128,7 +131,7 @@ class Contents:
 
     @property
     def size(self) -> int:
-        """Bytes of rows and traces, a lower limit of the size of the file."""
+        """Bytes of numbers and traces: a lower limit of the size of results.h5."""
         row, own = (
             sum(dtype(quantity).itemsize for quantity in table.values())
             for table in (ROW | STATUS | PERFORMANCE, measured_of(self.plan))
@@ -137,12 +140,12 @@ class Contents:
         return int(self.cases * (each + self.bytes_of_traces()))
 
     def bytes_of_traces(self) -> int:
-        """Return the bytes that the traces of one case take."""
+        """Return the bytes that the traces of one case take in the results."""
         return sum(8 * int(np.prod(shape)) for shape in self.trace_shapes().values())
 
 
 def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
-    """Return {axis of traces: its largest size in any case}.
+    """Return the largest size of each axis of traces, other than samples.
 
     kinds : {trace: its shape without the axis of samples}, for each kind of case
     """
@@ -155,8 +158,11 @@ def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
 
 
 def contents_of(directory: Directory, say: Say | None = None) -> Contents:
-    """Return the index of a campaign's directory after reading its journals once.
+    """Return what results are gathered from, after reading the journals once.
 
+    Parameters
+    ----------
+    directory : the campaign's directory
     say : prints one line about damaged files on which no result depends; None: silent
     """
     source = source_of(directory)  # first, so that later changes are noticed
@@ -177,10 +183,10 @@ def contents_of(directory: Directory, say: Say | None = None) -> Contents:
 
 
 def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
-    """Return the variables of cases from which boundaries of a refined map follow.
+    """Return what the boundaries of a refined map follow from, {variable: (cases,)}.
 
-    {variable: (cases,)}: status, outcome, regime, whirl, the refined inputs and, where
-    attractors are compared, their numbers; cases without a record are "missing"
+    These are status, outcome, regime, whirl, the refined inputs and, where attractors
+    are compared, their numbers; cases without a record are "missing".
     """
     plan, kinds = contents.plan, ("status", "outcome", "regime", "whirl")
     out: dict[str, NDArray[Any]] = {}
@@ -203,9 +209,9 @@ def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
 
 
 class _Index:
-    """Finds the newest record of each case and twin, and enters it in `Contents`.
+    """Finds the newest record of each case and twin; enters its place in `Contents`.
 
-    For an extended case, the newest record of the last stage with a result is taken.
+    For an extended case, the newest record of the longest run with a result is taken.
 
     Parameters
     ----------
@@ -223,9 +229,9 @@ class _Index:
         self.words = np.full(contents.cases, "", dtype=width)
 
     def take(self, rows: Rows) -> None:
-        """Enter where some records are.
+        """Enter the file positions of a batch of records as the newest of their cases.
 
-        They must be newer than those entered before.
+        rows : the records, newer than those entered before
         """
         contents, case = self.contents, self.known.cases_of(rows)
         twin, stage = rows.numbers("twin", 0), stages_in(rows, self.plan)
@@ -246,7 +252,7 @@ class _Index:
         self._take_cases(case[own], rows.take(own))
 
     def _number(self, rows: Rows) -> int:
-        """Return the index of the records' journal in `Contents.files`.
+        """Return the index in `Contents.files` of the journal that has the records.
 
         The journal is appended unless it is the last: successive records of one journal
         get one index.
@@ -257,9 +263,12 @@ class _Index:
         return len(files) - 1
 
     def _take_cases(self, case: NDArray[np.int64], rows: Rows) -> None:
-        """Enter interval and number of samples, shapes of traces, and words of cases.
+        """Enter samples and shapes of the cases' traces, and words of the cases.
 
-        case, rows : number of the case of each record; the records
+        Parameters
+        ----------
+        case : (records,), number of each record's case
+        rows : the records
         """
         contents = self.contents
         contents.interval[case] = rows.numbers("row.sample_interval", np.nan)
@@ -278,7 +287,10 @@ class _Index:
 
 
 def _last(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return, ascending, the index at which each distinct key occurs last."""
+    """Return the indices at which each different key occurs last, ascending.
+
+    keys : (n,), for example one number for each case and twin
+    """
     _, behind = np.unique(keys[::-1], return_index=True)
     return np.sort(len(keys) - 1 - behind)
 
@@ -286,8 +298,12 @@ def _last(keys: NDArray[np.int64]) -> NDArray[np.int64]:
 def parts_of(
     contents: Contents, cases: Sequence[int], twin: int = 0
 ) -> Iterator[tuple[NDArray[np.int64], Rows]]:
-    """Yield the records of cases, or of their twins, one journal at a time.
+    """Read the records of some cases, or of their twins, one journal at a time.
 
+    Parameters
+    ----------
+    contents : what results are gathered from
+    cases : numbers of the cases
     twin : number of the twin; 0: the cases themselves
 
     Yields
@@ -302,9 +318,10 @@ def parts_of(
 
 
 def source_of(directory: Directory) -> str:
-    """Return a digest of the files that results are gathered from; "": unknown.
+    """Return a text that changes when a file from which results are gathered changes.
 
-    It covers the plan, and names, sizes and times of the other files.
+    It is a digest of the plan, and of names, sizes and times of the other files; "" if
+    one of them cannot be read.
     """
     told = [__version__, *ROW, *STATUS, *PERFORMANCE]
     try:
@@ -318,7 +335,10 @@ def source_of(directory: Directory) -> str:
 
 
 def _told(path: Path) -> str:
-    """Return name, size and time of a file as text; "" for an empty file."""
+    """Return name, size and time of a file as text; "" for an empty file.
+
+    `source_of` and the stamp use it to notice changes.
+    """
     state = path.stat()
     if not state.st_size:
         return ""
@@ -326,7 +346,10 @@ def _told(path: Path) -> str:
 
 
 def stamp(directory: Directory) -> None:
-    """Write the stamp (size and time) of results that were just gathered."""
+    """Write size and time of the results just gathered into the file of the stamp.
+
+    Another program that writes to results.h5 is noticed by it.
+    """
     with suppress(WhirlError):  # without a stamp, results are gathered again
         write_whole(directory.runs.place / STAMP, _told(directory.results).encode())
 
@@ -340,8 +363,11 @@ def _is_stamped(directory: Directory) -> bool:
 
 
 def is_current(directory: Directory, words: Mapping[str, float]) -> bool:
-    """Return whether gathering again would write the same results file.
+    """Return whether results.h5 is up to date, so that it need not be gathered again.
 
+    Parameters
+    ----------
+    directory : the campaign's directory
     words : {root attribute: threshold} in use
     """
     try:

@@ -1,4 +1,4 @@
-"""Gathering journals and traces into `results.h5`, by one process or by MPI-IO.
+"""Gather journals and traces into `results.h5`, by one process or by MPI-IO.
 
 Both ways define the same file with the same calls; they differ in which rank writes
 which cases. Cases are read and written in blocks, so that memory does not grow with the
@@ -36,7 +36,7 @@ MORE = 1 << 16  # bytes of free space required beyond the known need
 
 
 def has_mpi_io() -> bool:
-    """Return whether h5py was built with parallel HDF5."""
+    """Return whether h5py was built with parallel HDF5, so that all ranks can write."""
     return bool(h5py.get_config().mpi)
 
 
@@ -48,7 +48,7 @@ def gather(
     compress: int = 0,
     asking: Asking | None = None,
 ) -> Path:
-    """Write `results.h5` of a campaign's directory and return its path.
+    """Gather a campaign's journals and traces into `results.h5`; return its path.
 
     Processes gather one at a time and wait for each other, so that the last file
     published has the newest content.
@@ -60,8 +60,8 @@ def gather(
     comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise rank 0
         alone. Every rank must call
     compress : gzip level of traces, 1 to 9; 0: not compressed
-    asking : options of the claim, see `store.directory.owner.Asking`; the same on
-        every rank
+    asking : options of the claim, see `store.directory.owner.Asking`; the same on every
+        rank
 
     Raises
     ------
@@ -95,7 +95,7 @@ def gather(
 def _begin(
     directory: Directory, stack: ExitStack, asking: Asking, fit: Callable[[], Contents]
 ) -> tuple[Claim, Path, Contents]:
-    """Claim the results of a directory and make the temporary file to be written.
+    """Claim the right to write results.h5, and make the temporary file to be written.
 
     Parameters
     ----------
@@ -103,11 +103,12 @@ def _begin(
     stack : context that at its end releases the claim, and removes the temporary file
         if it still exists
     asking : how to wait for other processes
-    fit : returns the contents, or raises if the disk has no room for them
+    fit : returns what results are gathered from, or raises if the disk has no room for
+        them
 
     Returns
     -------
-    claim, path of the file, contents
+    claim, path of the temporary file, what results are gathered from
     """
     if not directory.path.is_dir():
         directory.plan.read()  # raises if there is no campaign
@@ -121,9 +122,13 @@ def _begin(
 
 
 def _end(own: Claim, part: Path, directory: Directory) -> None:
-    """Rename the temporary file `part` to results.h5, and write the stamp.
+    """Rename the complete temporary file to results.h5, and write its stamp.
 
+    Parameters
+    ----------
     own : claim on the results; if it is lost, StoreError is raised instead
+    part : the temporary file
+    directory : directory of the campaign
     """
     publish(part, directory.results, own.check)
     stamp(directory)
@@ -136,11 +141,14 @@ def _agreed(
     *,
     of_root: bool = False,
 ) -> Any:
-    """Return what `action` returns on this rank; an error of one rank is raised on all.
+    """Call `action` and return its value; an exception of one rank is raised on all.
 
+    Parameters
+    ----------
     action : function to call; None: nothing is called on this rank
-    final, of_root : results file, for messages; whether only rank 0 has an action,
-        while the others sleep
+    final : results file, for messages
+    comm : communicator of all ranks, each of which must call
+    of_root : whether only rank 0 has an action, while the others sleep
     """
     value: Any = None
     error: Exception | None = None
@@ -168,10 +176,15 @@ def _write_file(
     compress: int,
     comm: Communicator,
 ) -> None:
-    """Write the results file; each of several ranks writes its share of the cases.
+    """Write the temporary results file; each rank of `comm` writes its share of cases.
 
-    part, contents : temporary file; what results are gathered from
-    facts, compress : see `gather`
+    Parameters
+    ----------
+    part : the temporary file
+    contents : what results are gathered from
+    facts : further root attributes
+    compress : gzip level of traces; 0: not compressed
+    comm : communicator of the ranks that write
     """
     parallel = comm.size > 1
     options: dict[str, Any] = {"driver": "mpio", "comm": comm} if parallel else {}
@@ -186,14 +199,22 @@ def _write_file(
 def _blocks(
     contents: Contents, part: Path, comm: Communicator, *, in_step: bool
 ) -> Iterator[tuple[range, Block]]:
-    """Yield (cases, their variables) for each block that this rank writes.
+    """Yield the blocks of cases that this rank writes: their numbers and variables.
 
-    An error of one rank is raised on all.
+    An exception of one rank is raised on all. If `in_step`, all ranks yield equally
+    many blocks, some of them empty at the end, at the same time, as compressed traces
+    require. Else ranks do not wait for each other.
 
-    If `in_step`, all ranks yield equally many blocks, some of them empty at the end, at
-    the same time, as compressed traces require. Else ranks do not wait for each other.
+    Parameters
+    ----------
+    contents : what results are gathered from
+    part : temporary file, for messages
+    comm : communicator of the ranks that write
+    in_step : whether every rank must write each block at the same time
 
-    contents, part : what results are gathered from; temporary file, for errors
+    Yields
+    ------
+    numbers of the cases; {variable: values, (cases, ...)}
     """
     mine = ranges(contents.cases, comm.rank, comm.size, block_size(contents))
     error: Exception | None = None
@@ -217,10 +238,17 @@ def _raise(error: Exception | None) -> None:
 
 
 def _put(data: h5py.Dataset, cases: range, values: Any, *, in_step: bool) -> None:
-    """Write the values of `cases`, which may be an empty range, into a variable.
+    """Write the values of some cases into a variable of the open results file.
 
     Collective writes are used only if required (`in_step`): ranks wait for each other
     in each of hundreds of writes, which took longer than the writing itself.
+
+    Parameters
+    ----------
+    data : the variable
+    cases : numbers of the cases, a range that may be empty
+    values : (cases, ...)
+    in_step : whether all ranks write at the same time
     """
     if not (in_step and data.chunks):
         if len(cases):
@@ -244,15 +272,19 @@ def _put(data: h5py.Dataset, cases: range, values: Any, *, in_step: bool) -> Non
 def _or_all_end(
     write: Callable[[], None], part: Path, final: Path, comm: Communicator
 ) -> None:
-    """Call `write`; if it fails on one of several ranks, end the job.
+    """Call `write`; if it fails on one of several ranks, end all ranks.
 
     The exit code is 75 if the same command may succeed later, as after a full disk.
 
-    The job must end since HDF5 crashes when it closes a file whose MPI-IO has failed,
+    The ranks must end since HDF5 crashes when it closes a file whose MPI-IO has failed,
     and since other ranks may wait for this one in a collective call. Nothing is lost:
     the journals exist.
 
+    Parameters
+    ----------
+    write : writes the temporary file
     part, final : temporary file and results file, for the message
+    comm : communicator of the ranks that write
     """
     try:
         write()
@@ -266,9 +298,15 @@ def _or_all_end(
 
 
 def _cause(part: Path, failed: Exception) -> Exception:
-    """Return why MPI-IO failed: an error of lengthening the file, such as a full disk.
+    """Return why MPI-IO failed to write a file, such as a full disk.
 
-    If the file can be lengthened, the error is `failed` itself.
+    It is the system's error of lengthening the file; if the file can be lengthened,
+    `failed` itself.
+
+    Parameters
+    ----------
+    part : the file
+    failed : exception that the write has raised
     """
     try:
         with part.open("r+b") as file:
@@ -281,10 +319,16 @@ def _cause(part: Path, failed: Exception) -> Exception:
 def _fitting(
     directory: Directory, facts: Mapping[str, str | float] | None, say: Say
 ) -> Contents:
-    """Return the contents to write; raise if the disk has no room for them.
+    """Return what results are gathered from; raise if the disk has no room for them.
 
-    With MPI-IO, which crashes on a full disk, the whole file with its `facts` must fit;
-    otherwise (`facts` None) only its values. Quotas are not known beforehand.
+    With MPI-IO, which crashes on a full disk, the whole file must fit; otherwise only
+    its values. Quotas are not known beforehand.
+
+    Parameters
+    ----------
+    directory : directory of the campaign
+    facts : root attributes of a file to be written by MPI-IO; None: no MPI-IO
+    say : prints one line about damaged files on which no result depends
     """
     contents = contents_of(directory, say)
     size = contents.size

@@ -1,4 +1,4 @@
-"""The empty `results.h5`: every dimension, variable and attribute of a campaign.
+"""Create `results.h5` with all dimensions, variables and attributes, still empty.
 
 The file is netCDF-4: every axis is a dimension scale. A refined campaign also has the
 groups `cells` and `boundaries`, see `store.results.cells`.
@@ -60,13 +60,16 @@ WORKER = "worker"  # dimension: the ranks of all runs
 
 
 def swept_extra(plan: Manifest) -> dict[str, str]:
-    """Return {variable: dotted name} of the swept inputs that are not in `ROW`."""
+    """Return {variable: dotted name} of swept inputs that `ROW` does not have.
+
+    Each gets a variable of its own in the results; `ROW` lists those of all results.
+    """
     names = {variable_name(dotted): dotted for dotted in plan.swept}
     return {v: d for v, d in names.items() if v not in ROW}
 
 
 def stored(value: float | str | list[float]) -> float | bytes:
-    """Return a value of a swept input as stored: words and lists as text in bytes."""
+    """Return a swept input's value as results.h5 stores it, words and lists as text."""
     if isinstance(value, list):
         value = json.dumps(value)
     return value.encode() if isinstance(value, str) else value
@@ -93,7 +96,12 @@ def _define_table(
 
 
 def codes_of(name: str, words: Coded) -> NDArray[np.int8]:
-    """Return the codes of the words of a variable, as they are stored.
+    """Return the integer codes by which results.h5 stores words, (cases,).
+
+    Parameters
+    ----------
+    name : the variable that has the words
+    words : word of each case, with codes that may be those of another version
 
     Raises
     ------
@@ -114,12 +122,12 @@ def define(
     facts: Mapping[str, str | float],
     compress: int = 0,
 ) -> None:
-    """Define all variables and attributes of the file; cases are written later.
+    """Define all variables and attributes of results.h5; cases are written later.
 
     Parameters
     ----------
     file : file opened for writing, by one process or by all
-    contents : contents of the campaign
+    contents : what results are gathered from
     facts : further root attributes
     compress : gzip level of traces, 0: not compressed
     """
@@ -152,8 +160,11 @@ def define(
 
 
 def _define_twins(file: h5py.File, contents: Contents) -> None:
-    """Define the variables for the rows of twins, and for shares of their words.
+    """Define the variables of twins, and of the shares of their words, in results.h5.
 
+    Parameters
+    ----------
+    file : file opened for writing
     contents : what results are gathered from
     """
     twins = contents.plan.twins
@@ -186,9 +197,12 @@ def _define_head(
 
 
 def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
-    """Define and write the variables on how ranks used their time.
+    """Define and write the variables that say how ranks used their time.
 
-    group, shares : group `performance`; use of time of each rank
+    Parameters
+    ----------
+    group : group `performance` of results.h5
+    shares : use of time of each rank
     """
     define_axis(group, WORKER, len(shares))
     _define_table(group, [group[WORKER]], SHARES)
@@ -224,9 +238,14 @@ def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
 
 
 def _chunks(shape: tuple[int, ...], compress: int) -> dict[str, Any]:
-    """Return h5py's options for chunks and gzip; each chunk has data of one case.
+    """Return h5py's options for the chunks and compression of a trace.
 
-    shape, compress : shape of one case's trace; gzip level, 0: no chunks
+    A chunk has data of one case only.
+
+    Parameters
+    ----------
+    shape : shape of the trace of one case
+    compress : gzip level; 0: neither chunks nor compression
     """
     if not compress or not all(shape):
         return {}

@@ -1,4 +1,8 @@
-"""Determining words again from stored evidence; the file is replaced atomically."""
+"""Write other words into results.h5, determined again from its stored numbers.
+
+`hpcwhirl classify` does this after a change of thresholds. The file is replaced as a
+whole.
+"""
 
 from __future__ import annotations
 
@@ -38,9 +42,7 @@ def relabel(
     thresholds: Mapping[str, float],
     asking: Asking | None = None,
 ) -> Counter[tuple[Word, Word]]:
-    """Determine the words of finished cases anew; return {(old, new): number of cases}.
-
-    `old` and `new` are a case's word before and after.
+    """Determine the words of finished cases anew, and write them into results.h5.
 
     Parameters
     ----------
@@ -49,6 +51,10 @@ def relabel(
         of `MOTION` if the variables of `CHAOS` are given
     thresholds : {name: value}, stored as root attributes
     asking : options of the claim, see `store.directory.owner.Asking`
+
+    Returns
+    -------
+    {(old words, new words): number of cases}
     """
     path = directory.results
     opened(path).close()
@@ -74,10 +80,17 @@ def relabel(
 def _renamed(
     part: Path, name: Callable[[dict[str, Any]], Words], thresholds: Mapping[str, float]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words into a results file; return {(old, new): number of cases}.
+    """Write new words, shares, thresholds and boundaries into a copy of results.h5.
 
-    part : copy of the results file
-    name, thresholds : see `relabel`, as for the result
+    Parameters
+    ----------
+    part : the copy
+    name : function that determines words, see `relabel`
+    thresholds : {name: value}, stored as root attributes
+
+    Returns
+    -------
+    {(old words, new words): number of cases}
     """
     with writing(part, "r+") as file:
         changes = _rename(file, name)
@@ -91,7 +104,10 @@ def _renamed(
 
 
 def _share_anew(file: h5py.File) -> None:
-    """Compute and write again the shares of each case's twins with each word."""
+    """Compute and write again which share of each case's twins has which word.
+
+    file : results file, opened for writing
+    """
     own, theirs = (
         words_of(*(words_in(group, n) for n in ("status", "outcome", "regime")))
         for group in (file, file[GROUP])
@@ -104,10 +120,16 @@ def _share_anew(file: h5py.File) -> None:
 def _rename(
     file: h5py.Group, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write the new words of a group's cases; return {(old, new): number of cases}.
+    """Write the new words of all cases, or of all twins, into a results file.
 
+    Parameters
+    ----------
     file : root group of the results, or the group of the twins
-    name : function that returns the words of cases from their numbers, see `relabel`
+    name : function that determines words, see `relabel`
+
+    Returns
+    -------
+    {(old words, new words): number of cases or twins}
     """
     changes: Counter[tuple[Word, Word]] = Counter()
     for start in range(0, len(file["status"]), AT_ONCE):
@@ -120,9 +142,17 @@ def _rename(
 def _rename_some(
     file: h5py.Group, cases: slice, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words of some cases; return {(old, new): number of cases}.
+    """Write the new words of some cases, or of their twins, into a results file.
 
-    file, name : root group or that of twins; see `relabel`, as for the result
+    Parameters
+    ----------
+    file : root group of the results, or the group of the twins
+    cases : which cases
+    name : function that determines words, see `relabel`
+
+    Returns
+    -------
+    {(old words, new words): number of cases or twins}
     """
     given = coded_in(file, "status", cases).isin(["ok"])
     table = ROW | CHAOS if MOTION in file else ROW
@@ -144,5 +174,8 @@ def _rename_some(
 
 
 def _variables(file: h5py.Group) -> tuple[str, ...]:
-    """Return the names of the variables that `relabel` writes: those with words."""
+    """Return the variables with words that `classify` determines again.
+
+    file : root group of the results, or the group of the twins
+    """
     return (*WORDS, MOTION) if MOTION in file else WORDS

@@ -1,4 +1,8 @@
-"""Inputs drawn by [sample] in plans and results: each case's draw and sweep point."""
+"""Random inputs ([sample]) in plans and results: which draw each case has.
+
+The cases are all draws at the first point of the sweep, then all at the second, and so
+on.
+"""
 
 from __future__ import annotations
 
@@ -24,12 +28,18 @@ EACH = "each"  # number of draws at a point: key of the root attribute, not of [
 
 
 def drawn_axis(plan: Manifest) -> Axis:
-    """Return a plan's draws as an axis of cases, the same at each sweep point."""
+    """Return the draws of a plan as an axis of cases: drawn inputs and their values.
+
+    Every point of the sweep has the same draws.
+    """
     return plan.table.blocks[0][-1]
 
 
 def sample_attribute(plan: Manifest) -> dict[str, str]:
-    """Return {attribute: JSON} with a plan's [sample]; {} without [sample]."""
+    """Return the attribute of results.h5 that says how inputs were drawn, {name: JSON}.
+
+    {} without [sample].
+    """
     if SAMPLE not in plan.base or not plan.settings:
         return {}
     told = plan.base[SAMPLE] | {EACH: len(drawn_axis(plan))}
@@ -38,7 +48,7 @@ def sample_attribute(plan: Manifest) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Drawn:
-    """The drawn inputs of some results, and the draw and sweep point of each case.
+    """Which inputs of some results were drawn, and which draw each case has.
 
     Attributes
     ----------
@@ -47,7 +57,7 @@ class Drawn:
     swept : names of the other swept inputs' variables
     point, draw : (cases,), number of the point of the sweep, and of the draw there
     each : number of draws at a point
-    tuned : whether draw 0 is the tuned engine instead of a draw
+    tuned : whether draw 0 is the engine with equal blades instead of a draw
     """
 
     method: str
@@ -60,15 +70,19 @@ class Drawn:
 
     @property
     def block(self) -> NDArray[np.int64]:
-        """Number of the `saltelli` block to which each case's draw belongs, (cases,).
+        """Which part of its `saltelli` draw each case is, (cases,).
 
-        0: A, 1: B, 2 + i: A with input i taken from B.
+        0: draw A, 1: draw B, 2 + i: draw A with input i taken from B.
         """
         return self.draw % (len(self.inputs) + 2)
 
     @property
     def independent(self) -> NDArray[np.bool_]:
-        """Whether the draw of each case is independent of all others, (cases,)."""
+        """Whether the draw of each case is independent of all other draws, (cases,).
+
+        Those of `saltelli` that mix A and B are not, nor is the engine with equal
+        blades.
+        """
         if self.method != SALTELLI:
             return np.asarray(self.draw >= self.tuned)
         return np.asarray(self.block < 2)
@@ -77,9 +91,16 @@ class Drawn:
 def points_of(
     data: xarray.Dataset, drawn: Drawn
 ) -> tuple[NDArray[np.int64], dict[str, Any]]:
-    """Return the sweep's point numbers, and {swept input: its value at each point}.
+    """Return the points of the sweep in some results, and the swept inputs there.
 
-    drawn : the draws behind the results
+    Parameters
+    ----------
+    data : results over `case`
+    drawn : which draw each of these cases has
+
+    Returns
+    -------
+    (points,), numbers of the points; {swept input: its value at each point}
     """
     points, first = np.unique(drawn.point, return_index=True)
     swept = {n: ("point", data[n].to_numpy()[first], data[n].attrs)
@@ -88,12 +109,14 @@ def points_of(
 
 
 def is_sampled(data: xarray.Dataset) -> bool:
-    """Return whether inputs of the cases in some results were drawn."""
+    """Return whether inputs of the cases in some results were drawn by [sample]."""
     return SAMPLE in data.attrs
 
 
 def drawn_of(data: xarray.Dataset) -> Drawn:
-    """Return the draws behind the results of a campaign or of some of its cases.
+    """Return which inputs of some results were drawn, and which draw each case has.
+
+    data : results of a campaign, or some of their cases
 
     Raises
     ------

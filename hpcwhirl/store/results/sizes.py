@@ -1,4 +1,4 @@
-"""Predicted size of a campaign's files, from its plan and samples."""
+"""Predict the size of a campaign's files, from its plan and numbers of samples."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ ONE_RANK: Share = {
 
 @dataclass(frozen=True)
 class Bytes:
-    """Bytes on disk of a whole campaign, if every case runs to its end.
+    """Predicted bytes on disk of a campaign, if every case runs to its end.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Bytes:
 
     @property
     def total(self) -> int:
-        """Bytes of all files together."""
+        """Bytes of journals, traces and results together."""
         return self.journal + self.traces + self.results
 
 
@@ -58,7 +58,7 @@ def bytes_of(
     sizes: Mapping[str, int],
     facts: Mapping[str, str | float],
 ) -> Bytes:
-    """Return the bytes on disk that a campaign will take.
+    """Return the predicted bytes on disk of a campaign.
 
     Parameters
     ----------
@@ -93,11 +93,14 @@ def bytes_of(
 
 
 def results_bytes(contents: Contents, facts: Mapping[str, str | float]) -> int:
-    """Return the size of `results.h5`, bytes: of its values and its metadata.
+    """Return the predicted size of `results.h5`, bytes, with its metadata.
 
     The metadata are built in memory.
 
-    contents, facts : what results are gathered from; root attributes
+    Parameters
+    ----------
+    contents : what results are gathered from
+    facts : root attributes
     """
     memory: dict[str, Any] = {"driver": "core", "backing_store": False}
     with h5py.File("forecast", "w", libver=LIBVER, **memory, block_size=512) as file:

@@ -1,4 +1,4 @@
-"""Variables that only some results have, by inputs or by a user's own function."""
+"""Variables of results that only some inputs, or a user's function, ask for."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ REASON = Quantity("1", "why the user's function gave no numbers", kind="S240")
 
 
 def measured_of(plan: Manifest) -> dict[str, Quantity]:
-    """Return {variable: `Quantity`} of the numbers that the user's function returns.
+    """Return the variables of the user's function `measure`, {variable: unit, meaning}.
 
-    `WHY_NOT`, the reason why a case has no numbers, is included. The result is {} for a
-    plan without such a function.
+    `WHY_NOT`, the reason why a case has no numbers, is included; {} for a plan without
+    such a function.
     """
     declared = plan.base.get(MEASURE) or {}
     if not declared:
@@ -39,7 +39,10 @@ def measured_of(plan: Manifest) -> dict[str, Quantity]:
 
 
 def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
-    """Return {variable: `Quantity`} of the optional variables in a plan's results."""
+    """Return the variables that a plan's inputs ask for, {variable: unit, meaning}.
+
+    These are numbers of blades, chaos, changing speed and wear.
+    """
     found: dict[str, Quantity] = {}
     if details_of(plan) & LOOKED_AT:
         found |= BLADES | (TUNED if tuned_cases(plan) else {})
@@ -49,19 +52,25 @@ def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
 
 
 def changes_in_time(plan: Manifest) -> bool:
-    """Return whether speed or gap of any case of a plan change in time."""
+    """Return whether speed or gap change in time in any case of a plan."""
     return any(any(plan.values(name, usual)) for name, usual in CHANGING.items())
 
 
 def details_of(plan: Manifest) -> set[str]:
-    """Return the values that `output.traces` has in the cases of a plan."""
+    """Return all values that the input `output.traces` has in the cases of a plan."""
     return {*map(str, plan.values(DETAIL))}
 
 
 def tuned_cases(plan: Manifest) -> dict[int, int]:
-    """Return {case: case with the same inputs, but without mistuning}.
+    """Return, for each mistuned case of a plan, the case with equal blades.
+
+    The two have the same other inputs. Cases without such a partner are left out.
 
     plan : plan of the campaign
+
+    Returns
+    -------
+    {number of a case: number of the case with equal blades}
     """
     if MISTUNING not in plan.swept:
         return {}
@@ -77,17 +86,18 @@ def _others(row: Mapping[str, Any]) -> str:
 
 
 def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
-    """Return {"amplification": blade amplitude of a case / that of its tuned case}.
-
-    The tuned case has the same inputs, but no mistuning.
-
-    Return {} if either case has no blade amplitude or reached the amplitude limit, if
-    the tuned case is at rest, or if entries `MODEL` of the two differ, as by
-    `truncation`.
+    """Return the blade amplitude of a mistuned case over that with equal blades.
 
     Parameters
     ----------
-    record, twin : records of the case and of the tuned case; None: not computed
+    record, twin : records of the case, and of the case with equal blades and the same
+        other inputs; None: not computed
+
+    Returns
+    -------
+    {"amplification": ratio}; {} if either case has no blade amplitude or reached the
+    amplitude limit, if the case with equal blades is at rest, or if entries `MODEL` of
+    the two differ, as by `truncation`
     """
     own, tuned = ((one or {}).get("row") or {} for one in (record, twin))
     if any(own.get(name) != tuned.get(name) for name in MODEL):
