@@ -24,19 +24,21 @@ RIGID = 0.01  # largest relative deviation from a translation; left-out modes ca
 
 
 class MisplacedError(ValueError):
-    """Raised if a rotor translates rigidly, but with tips or centre in other places."""
+    """A rotor translates rigidly, but tips or centre are not where the file says."""
 
 
 def shaft_stiffness(
     shapes: Floats, hub: Floats, omega: Floats, first: float = 0.0
 ) -> float | None:
-    """Return the shaft's stiffness k_o, N/m; None where modes do not determine it.
+    """Identify the stiffness k_o of a rotor's shaft, N/m, from its modes.
+
+    None where the modes do not determine it.
 
     Parameters
     ----------
-    shapes : (N, 2, m), mass-orthonormal: radial and tangential motion of the tips
-    hub : (2, m), motion of the centre x_o and y_o
-    omega : (m,), rad/s
+    shapes : (N, 2, m), radial and tangential motion of N tips in m modes of unit mass
+    hub : (2, m), motion of the centre x_o and y_o in the modes
+    omega : (m,), rad/s, natural frequencies
     first : rad, angle of the tip of blade 0
 
     Raises
@@ -64,10 +66,11 @@ def shaft_stiffness(
 
 
 def _check_places(moved: Complexes, angle: Floats) -> None:
-    """Raise MisplacedError for a translation in other axes or another blade order.
+    """Raise MisplacedError if tips translate in other axes, or in another blade order.
 
-    moved : (N, 2), radial and tangential motion of the tips if the centre moves by 1
-    angle : (N,), rad, where the tips should be
+    moved : (N, 2), radial and tangential motion of the tips if the centre moves by 1 in
+        a rigid translation
+    angle : (N,), rad, angles of the tips according to the file
     """
     radial, tangential = moved.T
     for way, order in ((1.0, "anticlockwise"), (-1.0, "clockwise")):
@@ -87,12 +90,14 @@ def _check_places(moved: Complexes, angle: Floats) -> None:
 def with_tilt(
     tilt: Tilt, centre: Indices, turn: Any, mass: Any, stiffness: Any
 ) -> tuple[Any, Any]:
-    """Return M and K, (n, n), extended by w coordinates of the tilt to (n + w, n + w).
+    """Return a rotor's M and K with coordinates of the disk's tilt added at the end.
 
-    w is 2 for real coordinates x and y, 1 for a complex one.
+    From (n, n) they become (n + w, n + w): w is 2 for real slopes phi_x and phi_y, 1
+    for a complex one.
 
     Parameters
     ----------
+    tilt : overhung shaft and inertia of the disk
     centre : (w,), indices of the centre's coordinates
     turn : (w, w), anticlockwise rotation by 90 degrees in these coordinates
     """
@@ -109,9 +114,12 @@ def with_tilt(
 def turning_tilt(
     tilt: Tilt, turn: Any, coriolis: Any, stiffening: Any, load: Any
 ) -> tuple[Any, Any, Any]:
-    """Return C, K_1 (n + w, n + w) and F_c (n + w,) with the tilt's w coordinates.
+    """Return a rotor's terms of rotation with w coordinates of the disk's tilt added.
 
-    They are terms of rotation, see `Spin`; turn : as in `with_tilt`
+    They are C and K_1, (n + w, n + w), and F_c, (n + w,), see `Spin`.
+
+    tilt : overhung shaft and inertia of the disk
+    turn : (w, w), anticlockwise rotation by 90 degrees in the tilt's coordinates
     """
     n = len(load)
     turns, stiffens = _bordered(coriolis, turn), _bordered(stiffening, turn)

@@ -51,7 +51,9 @@ OFF = 0.1  # relative increase of the damping up to which c_0 is a fair approxim
 
 @dataclass(frozen=True)
 class Support:
-    """Supports of the centre in the static frame, with the force F of this module.
+    """Springs and dampers of the shaft's centre, static frame, with the same values.
+
+    Their force on the centre is F = -k Z - c Z' - k_d conj(Z) - c_d conj(Z').
 
     Attributes
     ----------
@@ -71,7 +73,10 @@ class Support:
 
     @property
     def is_round(self) -> bool:
-        """Whether the supports are the same in all directions, for small motions."""
+        """Whether stiffness and damping are the same in all directions.
+
+        Those of a squeeze film are so in small motions.
+        """
         return self.stiffness_apart == 0.0 == self.damping_apart
 
     @property
@@ -84,22 +89,27 @@ class Support:
         return self
 
     def turning(self, speed: float) -> complex:
-        """Return k + i Omega c, N/m, the supports' factor on z in the rotating frame.
+        """Return k + i Omega c, N/m, by which the supports resist a displacement z.
 
-        z = x_o + i y_o is the centre; speed : Omega, rad/s
+        z = x_o + i y_o is that of the centre in the rotating frame, in which the force
+        on it is -(k + i Omega c) z - c z'; speed : Omega, rad/s
         """
         return self.stiffness + 1j * speed * self.damping
 
 
 def planar(factor: complex) -> Floats:
-    """Return the matrix (2, 2) on (x, y) that multiplies x + i y by `factor`."""
+    """Return a complex factor as the real matrix (2, 2) that acts on (x, y).
+
+    The matrix does to (x, y) what the factor does to x + i y.
+    """
     return np.array([[factor.real, -factor.imag], [factor.imag, factor.real]])
 
 
 @dataclass(frozen=True, eq=False)
 class Bearing:
-    """Supports from a table over speed, interpolated by monotone cubics (PCHIP).
+    """Springs and dampers of the shaft's centre that depend on the speed, from a table.
 
+    Between the table's speeds they are interpolated by monotone cubics (PCHIP).
     Beyond the table its end values hold, but only in searches over the speed: a case at
     such a speed is refused. For a rotor that turns clockwise the supports are mirrored.
 
@@ -123,7 +133,7 @@ class Bearing:
         return self.is_round
 
     def at(self, speed: float) -> Support:
-        """Return the supports at a speed, rad/s."""
+        """Return the springs and dampers at a speed, rad/s."""
         from scipy.interpolate import PchipInterpolator  # slow to import
 
         inside = float(np.clip(abs(speed), self.speeds[0], self.speeds[-1]))
@@ -164,8 +174,9 @@ def small_damping(
 
 
 def film_shares(eccentricity: float) -> tuple[float, float]:
-    """Return the damping of a squeeze film over c_0, along and across the eccentricity.
+    """Return how much more than c_0 a squeeze film damps an eccentric motion.
 
+    Returns the ratios to c_0 of the damping along and across the eccentricity
     c_0 is the damping of small motions; the eccentricity, relative to the clearance, is
     taken as at most `CLOSED`.
     """
@@ -175,10 +186,11 @@ def film_shares(eccentricity: float) -> tuple[float, float]:
 
 
 def valid_up_to() -> tuple[float, float]:
-    """Return the eccentricities beyond which a squeeze film's c_0 is too low by `OFF`.
+    """Return up to which eccentricities c_0 is a fair damping of a squeeze film.
 
-    The first holds for damping along the eccentricity, the second across it; both are
-    relative to the clearance.
+    Beyond, the film's damping exceeds c_0 by more than `OFF`: the first value is that
+    for damping along the eccentricity, the second across it; both are relative to the
+    clearance.
     """
     along = zero_between(lambda eps: film_shares(eps)[0] - 1.0 - OFF, 0.0, 0.5)
     return along, math.sqrt(1.0 - (1.0 + OFF) ** (-2.0 / 3.0))
