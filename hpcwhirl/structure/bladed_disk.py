@@ -88,9 +88,10 @@ def rim(rotor: Rotor) -> tuple[float, Section, Floats]:
 
 @lru_cache(maxsize=4)
 def _joints(rotor: Rotor) -> list[list[tuple[Indices, tuple[Floats, ...]]]]:
-    """Return (DoF, (M, K)) of spoke and rim beam of each sector of a tuned rotor.
+    """Return the beams of the disk for each sector: spoke, then rim.
 
-    DoF are the beam's indices in the whole disk; a rotor of one blade has no rim.
+    Each is (indices of its DoF among those of the whole disk, (M, K)); a rotor of one
+    blade has no rim.
     """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     hub, out = blades * size + np.arange(2), []
@@ -108,7 +109,7 @@ def _joints(rotor: Rotor) -> list[list[tuple[Indices, tuple[Floats, ...]]]]:
 
 
 def bladed_disk(rotor: Rotor) -> CyclicStructure:
-    """Return the bladed disk in the rotating frame.
+    """Return mass and stiffness matrices of the bladed disk, rotating frame.
 
     DoF of sector j: (radial, tangential, rotation) of its nodes from root to tip;
     then, if the centre is free, x_o and y_o. Rotation of the centre is blocked.

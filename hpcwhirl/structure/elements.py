@@ -20,7 +20,7 @@ POINTS, WEIGHTS = (_X + 1) / 2, _W / 2
 
 
 def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
-    """Return cubic Hermite shape functions or their derivatives in arc length.
+    """Return the cubic Hermite shape functions of an element, or their derivatives.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
     length
         element length, m; scales the two slope shapes
     order
-        derivative in s: 0, 1 or 2
+        order of the derivative with respect to arc length: 0, 1 or 2
 
     Returns
     -------
@@ -52,7 +52,7 @@ def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
 
 @dataclass(frozen=True)
 class Section:
-    """A rectangular cross section, its thickness varying linearly along an element."""
+    """A rectangular cross section whose thickness varies linearly along an element."""
 
     width: float  # out of plane, m
     thickness: tuple[float, float]  # in plane, m, at both ends
@@ -60,14 +60,17 @@ class Section:
     density: float  # kg/m^3
 
     def at(self, xi: float) -> tuple[float, float]:
-        """Return area, m^2, and second moment of area, m^4, at xi in the element."""
+        """Return area, m^2, and second moment of area, m^4, at xi along the element.
+
+        xi : position, 0 at its first node to 1 at its second
+        """
         h = self.thickness[0] * (1 - xi) + self.thickness[1] * xi
         return self.width * h, self.width * h**3 / 12
 
 
 @lru_cache(maxsize=64)  # mistuned blades of an engine differ by a factor on K only
 def beam(length: float, section: Section) -> tuple[Floats, Floats]:
-    """Return mass and stiffness (M, K) of a straight Bernoulli beam plus a rod.
+    """Return mass and stiffness (M, K) of a straight element: Bernoulli beam and rod.
 
     Returns
     -------
@@ -95,7 +98,9 @@ def beam(length: float, section: Section) -> tuple[Floats, Floats]:
 def curved(
     length: float, radius: float, section: Section, foundation: float
 ) -> tuple[Floats, Floats]:
-    """Return (M, K) of a curved ring element, both fields cubic Hermite.
+    """Return mass and stiffness (M, K) of a curved ring element on its foundation.
+
+    Both displacements are cubic Hermite. Strain energy U and kinetic energy T:
 
     U = 1/2 int [EA (u' + w/R)^2 + EI (w'' - u'/R)^2 + k_f (u^2 + w^2)] ds,
     T = 1/2 int rho A (u_t^2 + w_t^2) ds, u' = du/ds and u_t = du/dt.
@@ -134,7 +139,7 @@ def curved(
 
 @dataclass(frozen=True)
 class CyclicStructure:
-    """Matrices of N sectors, identical unless mistuned, and an optional shared centre.
+    """Mass and stiffness of N sectors, equal unless mistuned, and of a shared centre.
 
     Attributes
     ----------
@@ -162,9 +167,11 @@ class CyclicStructure:
 
 
 def add_block(target: Floats, block: Floats, dofs: Indices) -> None:
-    """Add `block` (b, b) to rows and columns `dofs` (b,) of `target` (n, n), in place.
+    """Add an element matrix to a structure's matrix, in place.
 
     A DoF that occurs twice in `dofs` (in a ring of one sector) gets both contributions.
+
+    target, block, dofs : (n, n); (b, b); (b,), indices of the element's DoF among the n
     """
     np.add.at(target, (dofs[:, None], dofs[None, :]), block)
 

@@ -23,10 +23,15 @@ NODE = 4  # DoF per node: u, u', w, w'
 
 @dataclass(frozen=True)
 class RingOperator:
-    """Contact operator of a ring of elements.
+    """Contact operator of a casing that is a ring of curved elements.
 
     It gives the ring's displacements at angles and, transposed, the nodal loads of
     forces there: both use the same shape functions, and so are work-conjugate.
+
+    Attributes
+    ----------
+    elements : number of elements, and of nodes
+    radius : m, mean radius of the ring
     """
 
     elements: int
@@ -77,10 +82,10 @@ class RingOperator:
         return angles, np.tile(WEIGHTS, self.elements) * self.length
 
     def waves(self) -> Floats:
-        """Return matrices from the DoF to amplitudes of w, (H + 1, 2, 4 elements).
+        """Return the matrices that give cos and sin amplitudes of w from the DoF.
 
-        They give the cos and sin amplitudes of harmonics 0 .. H = elements // 2 of the
-        radial displacement w, integrated by the elements' Gauss points.
+        Returns (H + 1, 2, 4 elements), of harmonics 0 .. H = elements // 2 of the
+        radial displacement w; integrals around the ring are sums over Gauss points
         """
         angles, weights = self._points()
         radial, out = self.rows(angles)[0], []
@@ -91,10 +96,10 @@ class RingOperator:
         return np.array(out)
 
     def lobes(self, k: int) -> Floats:
-        """Return the nodal loads (4 elements,) of a radial pressure ~ cos(k theta).
+        """Return the nodal loads of a pulse with k lobes, (4 elements,).
 
-        Loads are scaled so that the generalized force on the unit shape cos(k theta) is
-        1.
+        The pulse is a radial pressure ~ cos(k theta); loads are scaled so that the
+        generalized force on the unit shape cos(k theta) is 1.
         """
         angles, weights = self._points()
         shape = np.cos(k * angles)
@@ -103,7 +108,9 @@ class RingOperator:
 
 
 def ring(casing: Casing, radius: float) -> tuple[CyclicStructure, RingOperator]:
-    """Return the ring of mean radius `radius` (m) and its contact operator.
+    """Return a casing as a ring of curved elements: its matrices, its contact operator.
+
+    casing, radius : inputs of the casing; m, mean radius
 
     DoF of node j: (u, u', w, w'), u tangential with theta, w radial outward,
     static frame. The foundation k_f = rho A omega_c1^2 acts on u and w.

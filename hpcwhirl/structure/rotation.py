@@ -40,7 +40,7 @@ ROD, BEND = [0, 3], [1, 2, 4, 5]  # axial and bending DoF of a beam
 
 @dataclass(frozen=True)
 class Rotation:
-    """Matrices of the terms of rotation of a bladed disk, in its n DoF.
+    """The matrices and loads that rotation adds to a bladed disk, in its n DoF.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Rotation:
 
 @dataclass(frozen=True)
 class Member:
-    """A beam of a sector: its position, and the DoF that it couples.
+    """A beam of one sector of the bladed disk: its position, and the DoF it couples.
 
     Attributes
     ----------
@@ -94,9 +94,13 @@ def coriolis_of(length: float, section: Section) -> Floats:
 def loads_of(
     length: float, section: Section, start: tuple[float, float]
 ) -> tuple[Floats, Floats]:
-    """Return a beam's loads (6,), kg m: centrifugal F_c, and F_e of a changing speed.
+    """Return a beam's centrifugal load F_c, and its load F_e of a changing speed.
 
-    They are per unit Omega^2 and per unit of -dOmega/dt; start : see `Member`
+    Each is (6,), kg m: N per unit Omega^2 and N per unit of -dOmega/dt, on the DoF of
+    `elements.beam`.
+
+    start : (along, across), m, position of the first end from the centre of the disk,
+        in the beam's axes
     """
     load, swing = np.zeros(6), np.zeros(6)
     for xi, weight in zip(POINTS, WEIGHTS, strict=True):
@@ -134,9 +138,9 @@ def stiffening_of(length: float, section: Section, start: float, mean: float) ->
 
 
 def members(rotor: Rotor) -> list[Member]:
-    """Return the beams of a sector: its spoke, its rim, then its blade from the root.
+    """Return the beams of a sector of a bladed disk: spoke, rim, blade elements.
 
-    A rotor of one blade has no rim.
+    The elements of the blade follow from root to tip; a rotor of one blade has no rim.
     """
     size = NODE * (rotor.elements + 1)
     root, after, hub = (
@@ -227,7 +231,9 @@ def rotation_of(rotor: Rotor) -> Rotation:
 def _added(
     parts: list[Member], forces: Floats, wide: int
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the terms C, K_g (wide, wide), F_c, F_e (wide,) of beams, see `Rotation`.
+    """Return the terms of rotation of one sector, sums over its beams.
+
+    They are C, K_g, (wide, wide), F_c, F_e, (wide,), see `Rotation`.
 
     parts : beams of a sector
     forces : (beams,), kg m, mean axial force of each beam per unit Omega^2

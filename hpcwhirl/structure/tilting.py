@@ -44,9 +44,10 @@ class Tilt:
 
 
 def shaft_stiffness(rotor: Rotor) -> tuple[float, float, float]:
-    """Return (k_11, k_12, k_22), N/m, N, N m, of a rotor's round shaft at the disk.
+    """Return the stiffness of a rotor's overhung, round shaft at the disk.
 
-    They relate force and moment at the disk to its displacement and slope.
+    It is (k_11, k_12, k_22), N/m, N, N m, from displacement and slope of the shaft at
+    the disk to force and moment there.
     """
     bending = rotor.shaft_young * np.pi * rotor.shaft_diameter**4 / 64
     span, out = rotor.shaft_length, rotor.shaft_overhang
@@ -62,7 +63,7 @@ def shaft_stiffness(rotor: Rotor) -> tuple[float, float, float]:
 
 
 def tilt_of(rotor: Rotor, mass: Floats, radii: Floats) -> Tilt | None:
-    """Return the shaft and the inertia of a disk that tilts; None for shaft springs.
+    """Return shaft and inertia of a disk that tilts; None for a rotor on shaft springs.
 
     Parameters
     ----------
