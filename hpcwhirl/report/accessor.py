@@ -1,4 +1,8 @@
-"""The xarray accessor `hpcwhirl` of results: selection of cases, and figures."""
+"""The xarray accessor `hpcwhirl`: selection of cases, and figures, in Python.
+
+Importing this module makes ``data.hpcwhirl`` available on results from `open_results`,
+as in ``data.hpcwhirl.orbit(12)``.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +33,10 @@ UNKEPT = 'no orbits were kept: traces = "orbit" or "full" in [output] keeps them
 
 
 def plot_result(result: Result, *, transient: bool = False) -> Any:
-    """Draw the centre's orbit from a result of `simulate`; return the figure's axes."""
+    """Draw the centre's orbit from a result of `hpcwhirl.simulate`; return its axes.
+
+    transient : also draw the time before the window
+    """
     from hpcwhirl.report.figures.motions import orbits_of
 
     if NEEDED not in result.traces:
@@ -49,15 +56,15 @@ def _asked(wish: dict[str, Any]) -> Any:
 
 
 class WordsPlot(DataArrayPlotAccessor):
-    """The method `plot` of a DataArray, extended to words of cases, such as "damped".
+    """Replacement of xarray's `DataArray.plot` that also draws words of cases.
 
-    xarray cannot draw words; everything else is drawn by xarray.
+    xarray cannot draw words, such as "damped"; everything else is drawn by xarray.
     """
 
     __slots__ = ()
 
     def __call__(self, **wish: Any) -> Any:  # type: ignore[override]
-        """Draw the words of an array over its one or two inputs, in the map's colours.
+        """Draw an array of words over its one or two dimensions, in the map's colours.
 
         Parameters
         ----------
@@ -202,7 +209,7 @@ class Whirl:
 
     @property
     def _file(self) -> Path:
-        """The file that the results were read from."""
+        """Path of the results file that the data were read from."""
         for variable in self._data.variables.values():
             source = variable.encoding.get("source")
             if source:
@@ -211,7 +218,10 @@ class Whirl:
         raise InputError(msg)
 
     def _case(self, case: int) -> tuple[Results, int]:
-        """Return the campaign's results and the case's number, if it has an orbit."""
+        """Return the campaign's results, and the number of a case checked to be in it.
+
+        InputError if the case is not among the data or has no stored orbit.
+        """
         cases = Results(self._file.parent)
         finished = cases.finished()
         if case not in finished:

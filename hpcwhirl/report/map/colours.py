@@ -1,4 +1,7 @@
-"""Meaning of a case's colour: its regime, its whirl, or a number."""
+"""Meaning of the colours of a map: a word of each case, such as a regime, or a number.
+
+A look is how a word is drawn: colour, marker, letter, see `scene.words.Look`.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +48,7 @@ class Colours:
 
     Attributes
     ----------
-    name, label : quantity shown, and its name with unit
+    name, label : quantity shown, as the user named it; its name with unit
     kind : (n,), word that gives a case its colour; "" if a number gives it
     number : (n,), number that gives a case its colour; None if words do
     looks : {word: `Look`}, of all possible words
@@ -58,9 +61,9 @@ class Colours:
     looks: dict[str, Look]
 
     def words(self, kind: Coded) -> list[str]:
-        """Return the words that occur in `kind`, in the order of `looks`.
+        """Return the words that occur among some cases, in the order of a legend.
 
-        kind : word of each of some cases
+        kind : word of each of these cases
         """
         found = kind.counts()
         return [word for word in self.looks if word in found]
@@ -79,7 +82,10 @@ class Colours:
         return HATCHES[word], HATCHED
 
     def norm(self) -> Any:
-        """Return Matplotlib's norm for numbers, logarithmic if they span decades."""
+        """Return Matplotlib's norm from numbers to the colour map.
+
+        It is logarithmic if they span decades, and symmetric if they have both signs.
+        """
         from matplotlib.colors import LogNorm, Normalize, SymLogNorm
 
         known = self._known()
@@ -100,7 +106,7 @@ class Colours:
         return Normalize(least, most)
 
     def map(self) -> str:
-        """Return the name of the colour map; a diverging one if signs differ."""
+        """Return the name of a colour map; diverging for numbers of both signs."""
         known = self._known()
         signed = known.min(initial=0) < 0 < known.max(initial=0)
         return DIVERGING if signed else SEQUENTIAL
@@ -150,7 +156,12 @@ def colours_of(
 
 
 def _unless_bad(word: Coded, other: Coded) -> Coded:
-    """Return the word `other` of each case, but `word` where that is one of `BAD`."""
+    """Return another word of each case, such as its whirl, if the case has results.
+
+    A case whose word is one of `BAD`, such as failed, keeps it.
+
+    word, other : word of each case; the other one
+    """
 
     def rule(own: NDArray[np.str_], other: NDArray[np.str_]) -> NDArray[np.str_]:
         return np.asarray(np.where(np.isin(own, list(BAD)), own, other))
@@ -159,11 +170,11 @@ def _unless_bad(word: Coded, other: Coded) -> Coded:
 
 
 def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
-    """Return {name: `Look`} of attractors and of words that are no attractors.
+    """Return how attractors, and cases without one, are drawn, {name: its `Look`}.
 
     Attractors of one regime share its marker; their colours repeat after six.
 
-    names : from `analysis.attractors`
+    names : names of attractors, from `analysis.attractors`, such as "A1 sustained"
     """
     looks = {}
     for name in names:
@@ -195,9 +206,11 @@ def by_majority(data: xarray.Dataset, case: NDArray[np.intp], word: Coded) -> Co
 
 
 def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
-    """Return the value of an expression for each case, in the unit shown, and a label.
+    """Return the number by which each case is coloured, and the colour bar's label.
 
-    text : the expression
+    The numbers are in the unit that the label names.
+
+    text : expression of results, such as "orbit_radius/gap"
     """
     source, known = source_of(data), numbers_in(data)
 
@@ -222,9 +235,9 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
 def _label(
     data: xarray.Dataset, text: str, variable: Callable[[str], str]
 ) -> tuple[str, float]:
-    """Return the label of a colour bar with its unit, and the factor from SI to it.
+    """Return the label of a colour bar, with unit, and the factor from SI to the unit.
 
-    text, variable : expression shown; function from a name in it to a variable
+    text, variable : expression shown; function from a name in it to the variable's name
     """
     program = parse(text)
     if [step.does for step in program] not in (["name"], ["name", "name", "/"]):
