@@ -1,4 +1,7 @@
-"""Printing of columns as a table, as CSV or as JSON."""
+"""Printing of results as a table, as CSV or as JSON.
+
+The data are columns, {name: (rows,)}, and their units, {name: unit}.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,7 @@ def unit_of(data: xarray.Dataset, name: str) -> str:
 def in_units(
     args: argparse.Namespace, columns: Columns, units: Units
 ) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
-    """Return columns in the units of ``--units``, and these units.
+    """Return columns converted to the units that the user chose, and these units.
 
     Parameters
     ----------
@@ -63,7 +66,10 @@ def in_units(
 
 
 def _times(values: NDArray[Any], factor: float) -> NDArray[Any]:
-    """Return values times a factor between units, rounded to 15 digits."""
+    """Return values in another unit, rounded to 15 digits.
+
+    values, factor : (rows,), in SI; from SI to the unit
+    """
     if factor == 1.0:
         return values
     return np.array([float(f"{factor * one:.15g}") for one in values.tolist()])
@@ -79,7 +85,7 @@ def print_data(
     args : arguments that include the options of `add_format`
     columns : {name: values (rows,)}
     units : {name: unit}, "" for a column without a unit
-    rows : key of the rows in JSON
+    rows : key of the list of rows in the JSON object
     facts : further entries of the JSON object
 
     Returns
@@ -101,7 +107,7 @@ def _records(columns: Columns) -> list[dict[str, Any]]:
 
 
 def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
-    """Print columns as CSV.
+    """Print columns as CSV on stdout, with a header.
 
     Parameters
     ----------
@@ -119,7 +125,11 @@ def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
 
 
 def print_table(columns: Columns, units: Units, shown: int) -> None:
-    """Print the first `shown` rows of columns as a table, names and units above."""
+    """Print columns as a table on stdout, with their names and units above.
+
+    columns, units : {name: (rows,)}; {name: unit}
+    shown : number of rows to print, the first ones
+    """
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
