@@ -274,7 +274,7 @@ def evidence(
     scene : the case
     history : its integrated motion
     angles : (b,), rad, angle by which the rotor has turned at each of the b times of
-        `history.judged`; None: computed from the scene's speed
+        `History.judged`; None: computed from the scene's speed
 
     Returns
     -------

@@ -83,7 +83,8 @@ def craig_bampton(
     kept_modes = basis[inner, kept:]
     miss = np.abs(kept_modes.conj().T @ m_ii @ kept_modes - np.eye(eta)).max()
     if not miss < TOLERANCE:
-        msg = f"fixed-interface modes are not mass-orthonormal, by {miss:.1e}"
+        msg = "fixed-interface modes must be mass-orthonormal, got an error of "
+        msg += f"{miss:.1e} (at most {TOLERANCE:.0e})"
         raise ModelError(msg)
     return basis, np.sqrt(np.maximum(squared, 0.0))
 

@@ -208,8 +208,8 @@ def _check_definite(wheel: FiniteElements) -> None:
         if not lowest > (0.0 if name == "mass" else INDEFINITE):
             kind = "definite" if name == "mass" else "semidefinite"
             raise wheel.refusal(
-                f"{name} must be positive {kind}, got the eigenvalue {lowest:.3g} of "
-                "its diagonal"
+                f"{name} must be positive {kind}, got an eigenvalue of at most "
+                f"{lowest:.3g} if scaled to unit diagonal"
             )
 
 

@@ -422,7 +422,8 @@ def _check(m_ii: Any, solve: Solve, squared: Floats, modes: Matrix) -> None:
     miss = np.linalg.norm(modes - squared * solve(m_ii @ modes), axis=0)
     worst = float((miss / np.linalg.norm(modes, axis=0)).max())
     if not worst <= RESIDUAL:
-        msg = f"fixed-interface modes miss x = omega^2 K^-1 M x by {worst:.1e}"
+        msg = "fixed-interface modes x must satisfy x = omega^2 K^-1 M x, got a "
+        msg += f"relative error of {worst:.1e} (at most {RESIDUAL:.0e})"
         raise ModelError(msg)
 
 

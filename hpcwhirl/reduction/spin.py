@@ -45,7 +45,7 @@ TINY = 1e-300
 def with_blocks(model: ModalModel, blades: int) -> ModalModel:
     """Return a rotor of equal sectors, to which the waves' matrices have been added.
 
-    `model.spin.waves` of the result has the terms of rotation on each nodal diameter. A
+    The field `Spin.waves` has the terms of rotation on each nodal diameter. A
     rotor without terms of rotation is returned unchanged.
     """
     spin = model.spin

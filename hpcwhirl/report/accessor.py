@@ -1,7 +1,7 @@
 """The xarray accessor `hpcwhirl`: selection of cases, and figures, in Python.
 
-Importing this module makes ``data.hpcwhirl`` available on results from `open_results`,
-as in ``data.hpcwhirl.orbit(12)``.
+Importing this module adds the attribute `hpcwhirl` to results from `open_results`,
+whose method `orbit`, for example, draws the orbit of a case.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def _asked(wish: dict[str, Any]) -> Any:
 
 
 class WordsPlot(DataArrayPlotAccessor):
-    """Replacement of xarray's `DataArray.plot` that also draws words of cases.
+    """Replacement of the method `plot` of xarray, which also draws words of cases.
 
     xarray cannot draw words, such as "damped"; everything else is drawn by xarray.
     """

@@ -142,7 +142,7 @@ def new_figure(
     """Return a new figure of matplotlib, and its axes.
 
     size : width and height, inches
-    rows, columns, options : arguments of matplotlib's `Figure.subplots`
+    rows, columns, options : arguments of `subplots` of matplotlib's figures
     """
     from matplotlib.figure import Figure
 
