@@ -55,7 +55,10 @@ def blade_amplitudes(tips: Floats) -> Floats:
 
 
 def _squares(tips: Floats) -> Floats:
-    """Return squared magnitudes (n, N), m^2, of N tips' displacements (n, N, 2), m."""
+    """Return the squared magnitude of each displacement of N tips, (n, N), m^2.
+
+    tips : (n, N, 2), m, radial and tangential displacements at n times
+    """
     return np.asarray(tips[..., 0] ** 2 + tips[..., 1] ** 2)
 
 

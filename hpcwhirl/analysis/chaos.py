@@ -40,7 +40,10 @@ STILL = 1e-9  # variation of a constant quantity, relative to its largest value
 
 
 class Twins(Protocol):
-    """A reference motion and its twin, which are integrated side by side."""
+    """A reference motion and its twin, a slightly different motion of the same system.
+
+    Both are integrated side by side, to see how fast they separate.
+    """
 
     def advance(self) -> float:
         """Integrate both motions by one interval; return their relative distance."""

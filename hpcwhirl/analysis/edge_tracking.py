@@ -35,13 +35,19 @@ class Motions(Protocol[State]):
     """A dynamic system whose states can be interpolated, compared and integrated."""
 
     def between(self, low: State, high: State, share: float) -> State:
-        """Return low + share (high - low) of two simultaneous states."""
+        """Return the state low + share (high - low) on the line through two states.
+
+        low, high, share : two states at the same time; number, also below 0 or above 1
+        """
 
     def distance(self, low: State, high: State) -> float:
-        """Return the distance of two states, relative to their size."""
+        """Return the distance of two simultaneous states, relative to their size."""
 
     def ahead(self, state: State) -> State | None:
-        """Return the state one stride of time later; None if the motion has ended."""
+        """Integrate the system from a state by one stride; return the state reached.
+
+        None if the motion ends before, such as at the amplitude limit.
+        """
 
     def side(self, state: State) -> int:
         """Return on which side of the boundary a state is: `LOW`, `HIGH`, or `OPEN`.

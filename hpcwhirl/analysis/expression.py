@@ -122,7 +122,7 @@ def parse(text: str) -> tuple[Step, ...]:
 
 
 class _NoneError(Exception):
-    """Raised where the text of a condition does not follow the grammar."""
+    """The text of a condition does not follow the grammar; the message tells why."""
 
 
 def _refuse(why: str) -> NoReturn:
@@ -188,7 +188,7 @@ class _Parser:
         self.steps.append(Step(does, parts, value, self.text[start:end]))
 
     def end(self) -> None:
-        """Refuse text after the end of the condition."""
+        """Raise an error if the condition's text goes on after it is complete."""
         if self._next.kind != "end":
             _refuse(f"'{self._next.value}' is not expected there")
 
@@ -320,12 +320,15 @@ def _quotient(over: Any, under: Any) -> Any:
 
 
 def is_text(value: Any) -> bool:
-    """Return whether a value is a word, or an array of words."""
+    """Return whether an operand of a condition is a text, or an array of texts."""
     return isinstance(value, str) or np.asarray(value).dtype.kind in "OUS"
 
 
 def equal(a: Any, b: Any) -> Any:
-    """Return whether two words are the same, or numbers agree to nine digits."""
+    """Return the value of a == b in a condition: a truth value, or an array of them.
+
+    Words must be the same; numbers must agree to nine digits.
+    """
     if is_text(a) or is_text(b):
         return a == b
     return np.equal(a, b) | (abs(a - b) <= SAME * abs(b)) & np.isfinite(b)

@@ -78,10 +78,13 @@ class SafeRange:
     share: float
 
     def distance(self, value: float) -> float:
-        """Return the distance of an input's value to the range's boundary; < 0 outside.
+        """Return how far a value of the input lies inside the safe range; < 0: outside.
 
         Inside, it is the distance to the nearest end beyond which a case is not damped:
-        infinite if neither end has such a case. NaN if the range is empty.
+        infinite if neither end has such a case. Outside, it is minus the distance to
+        the nearer end. NaN if the range is empty.
+
+        value : value of the input, SI
         """
         if not self.cases:
             return float("nan")
@@ -122,7 +125,7 @@ def safe_ranges(
 
 
 def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
-    """Return a campaign's lines: cases that differ in the input `over` only.
+    """Return a campaign's lines of cases, which differ only in the input `over`.
 
     Parameters are those of `safe_ranges`.
     """

@@ -40,9 +40,10 @@ class Spell(NamedTuple):
 
     Attributes
     ----------
-    begin, end : s
+    begin, end : s, times at which the interval begins and ends
     first, last : rad/s, speeds at `begin` and at `end`
-    regime, whirl : words of the interval; where it has no regime, its outcome instead
+    regime, whirl : words in the interval; instead of the regime its outcome, such as
+        unstable, if it has none
     """
 
     begin: float

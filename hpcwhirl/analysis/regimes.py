@@ -501,8 +501,8 @@ def name_regime(
 
     Parameters
     ----------
-    numbers : result of `evidence`, and `stop`, why the run ended
-    limits : thresholds
+    numbers : evidence of the case, result of `evidence`, and `stop`, why the run ended
+    limits : thresholds of the rules
     """
     return words_of_one(numbers, _as_numbers(limits))
 

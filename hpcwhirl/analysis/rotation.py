@@ -72,15 +72,17 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
 
     Returns
     -------
-    kind : "none" or "full"
-    auto : the choice of engine.rotation = auto and its reason, see `Choice`, or None
+    dict of
+    kind : "none" or "full", whether terms of rotation are included
+    auto : what engine.rotation = "auto" chose and why, see `Choice`; None: not "auto"
     growth : 1/s, growth rate of the least stable free motion
     unstable_from : rad/s, lowest speed where a free motion grows; None if none is found
     unbalance_speeds : rad/s, at which an unbalance is in resonance with a wave of k = 1
     tip_growth : m, largest radial growth of a tip if rotation is full, else None
     clearance : m, at speed; `gap` less the growth if `gap_at` is rest, else `gap`
-    film : the squeeze film at the centre, see `_film`, or None
-    unbalance : the circle of the scene's unbalance, see `facts_of_unbalance`, or None
+    film : damping and clearance of the squeeze film, see `_film`; None without one
+    unbalance : the circle on which the scene's unbalance moves the centre, see
+        `facts_of_unbalance`; None without unbalance
     """
     model, speed = case.model, case.given.speed
     rotor, turns = rotor_by_diameter(model), model.rotor.spin is not None

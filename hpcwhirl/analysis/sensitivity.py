@@ -100,8 +100,8 @@ def values_of(data: xarray.Dataset, name: str) -> Floats:
 def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Dataset:
     """Return the Sobol' indices of quantities, at each point of the sweep.
 
-    A pair of draws is left out, and counted in `dropped`, if any of its cases has no
-    finite value.
+    A pair is a draw of A, the one of B with the same number, and their mixtures A_i. It
+    is left out, and counted in `dropped`, if any of its cases has no finite value.
 
     Parameters
     ----------

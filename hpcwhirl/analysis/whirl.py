@@ -21,11 +21,11 @@ MOST_KEPT = 8  # number of cached windows, 32 bytes per sample each
 
 
 def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
-    """Return the two-sided amplitude spectrum of Z = X + i Y.
+    """Return the full spectrum of an orbit Z = X + i Y: amplitudes of both senses.
 
     Parameters
     ----------
-    orbit : (n,), m, equally spaced, n >= 4
+    orbit : (n,), m, X + i Y at equal intervals of time, n >= 4
     interval : s between samples
 
     Returns
