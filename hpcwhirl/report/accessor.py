@@ -107,7 +107,7 @@ xarray.DataArray.plot = UncachedAccessor(WordsPlot)
 
 @xarray.register_dataset_accessor("hpcwhirl")  # type: ignore[no-untyped-call]
 class Whirl:
-    """Selection of cases from `hpcwhirl.open_results`, and pictures of them.
+    """The accessor `hpcwhirl` of results: it selects cases and draws pictures of them.
 
     A picture is returned as Matplotlib's axes, whose attribute `figure` is the figure.
 
@@ -120,7 +120,7 @@ class Whirl:
         self._data = data
 
     def map(self, **wish: Any) -> Any:
-        """Return the axes of the campaign's map; an array if there are several panels.
+        """Draw the campaign's map; return its axes, an array for several panels.
 
         Parameters
         ----------
@@ -138,7 +138,7 @@ class Whirl:
 
         Parameters
         ----------
-        wish : options as of `map`, except critical
+        wish : options of the method `map`, except critical
 
         Raises
         ------
@@ -164,7 +164,7 @@ class Whirl:
         return self._data.isel(case=np.flatnonzero(found))
 
     def orbit(self, case: int, *, transient: bool = False) -> Any:
-        """Return the axes of the centre's orbit: static frame, rotating frame.
+        """Draw the centre's orbit in the static and rotating frame; return the axes.
 
         The rotating frame is left out if the speed or the gap changes in time.
 
@@ -180,9 +180,9 @@ class Whirl:
         return np.array(figure.axes, dtype=object)
 
     def spectrum(self, case: int) -> Any:
-        """Return the axes of the centre's full spectrum in the window, static frame.
+        """Draw the full spectrum of the centre's motion in the window; return the axes.
 
-        Backward whirl lies below zero.
+        In the static frame, backward whirl lies below zero.
 
         Parameters
         ----------

@@ -20,8 +20,8 @@ from hpcwhirl.store.reading.select import value_text
 
 FIXED = ("speed", "nodal_diameter", "gap", "friction")  # inputs named first in titles
 DIGITS = 6  # digits of a number in a unit other than SI, and in the title of a case
-SEQUENTIAL = "cividis"  # perceptually uniform, readable by the colour-blind
-DIVERGING = "PuOr"  # of numbers about zero
+SEQUENTIAL = "cividis"  # colour map, perceptually uniform, fit for the colour-blind
+DIVERGING = "PuOr"  # colour map of numbers of both signs
 KNOWN = DERIVED | AXES | TRACES | ROW
 NAMED = {variable_name(name): quantity for name, quantity in INPUTS.items()} | KNOWN
 UNITS = re.compile(r", (rad/s|m|N|s|Hz|1/s)(?=$|[\n,]| \()")
@@ -179,7 +179,7 @@ def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:
 
 
 def _tidy(figure: Any) -> None:
-    """Replace characters in a figure's texts that an SVG file must not contain."""
+    """Replace characters that an SVG file must not contain in all texts of a figure."""
     from matplotlib.text import Text
 
     for text in figure.findobj(Text):

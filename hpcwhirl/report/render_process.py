@@ -67,9 +67,9 @@ def _begun(results: Path, out: Path) -> subprocess.Popen[bytes]:
 
 
 def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
-    """Wait for the drawing process; return the paths it wrote, or raise its error.
+    """Wait for the process that draws the map; return paths, or raise its error.
 
-    out : directory of the figures
+    process, out : the process; directory of the figures
     """
     with process:  # the input of the process stays open meanwhile
         told = process.stdout.read() if process.stdout else b""
@@ -85,9 +85,10 @@ def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
 
 
 def main() -> None:
-    """Draw a map in this process, a child; write only the reply to stdout.
+    """Draw a campaign's map in this process, which `draw_apart` has started.
 
-    All other output goes to stderr.
+    Its reply, which tells of success or the error, is all that goes to stdout; other
+    output goes to stderr.
     """
     with os.fdopen(os.dup(1), "w") as sink:
         os.dup2(2, 1)

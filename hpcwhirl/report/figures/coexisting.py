@@ -139,7 +139,9 @@ def edge_figure(scene: Scene, found: Edge) -> Any:
 def draw_fractions(
     data: xarray.Dataset, found: xarray.Dataset, out: Path
 ) -> list[Path]:
-    """Draw the share of starts that reach each attractor: basins.png, basins.svg.
+    """Draw the share of starts that end on each motion: basins.png, basins.svg.
+
+    Returns the paths of both files
 
     Parameters
     ----------
@@ -160,7 +162,7 @@ def draw_fractions(
 
 
 def draw_basins(results: Results, cases: list[int]) -> Any:
-    """Return the figure of all starts, coloured by the attractor that each one reaches.
+    """Return a map of all starts, each coloured by the attractor on which it ends.
 
     If two inputs differ between starts, these are the axes, and each point of the sweep
     has a panel, at most the six points with the largest entropy. If one input differs,

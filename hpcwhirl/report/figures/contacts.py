@@ -44,7 +44,11 @@ def _shown(
 
 
 def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of a case's contacts: which blade, where on the casing, when."""
+    """Return a figure of a case's contacts: which blade, where on the casing, when.
+
+    cases, case : results with traces; number of the case
+    transient : also show the time before the window
+    """
     traces, row = cases.traces(case), cases.rows[case]
     found = touches(traces["time"], traces["blade_impulse"], row["speed"])
     start, found = _shown(found, row, transient=transient)
@@ -66,9 +70,13 @@ def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def draw_chord(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return the figure of contact impulses over time, angle on the casing and chord.
+    """Return a figure of contact along the chord of tips with several contact points.
 
-    Three panels: point over time, point over angle, angle over time.
+    Colours show the normal impulse in three panels: contact point over time, contact
+    point over angle on the casing, angle over time.
+
+    cases, case : results with traces; number of the case
+    transient : also show the time before the window
     """
     traces, row = cases.traces(case), cases.rows[case]
     impulse = traces["point_impulse"]

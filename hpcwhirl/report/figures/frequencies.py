@@ -56,7 +56,7 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
 
     Parameters
     ----------
-    scene : engine and nodal diameter
+    scene : scene with the engine, and the nodal diameter k of the pulse
     speeds : (n,), rad/s, speeds of the campaign
     """
     case = resolve(scene)
@@ -228,7 +228,7 @@ def draw_stability(scene: Scene, speeds: Floats) -> Any:
 
     Parameters
     ----------
-    scene : engine
+    scene : scene with the engine
     speeds : (n,), rad/s, speeds of the campaign
     """
     case = resolve(scene)
@@ -256,7 +256,7 @@ def draw_stability(scene: Scene, speeds: Floats) -> Any:
 
 
 def draw_interaction(cases: Results, line: list[int]) -> Any:
-    """Return the interaction diagram: waves and regimes over the speed (Eq. 13).
+    """Return the interaction diagram: waves of both bodies and regimes over the speed.
 
     In the casing's frame, waves coincide where n omega_c = |k Omega +- omega_bd|. The
     strip below shows regimes. With full rotation omega_bd depends on the speed; waves

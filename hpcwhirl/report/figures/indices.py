@@ -77,7 +77,7 @@ def _is_told(one: xarray.Dataset) -> bool:
 
 
 def _heading(data: xarray.Dataset, found: xarray.Dataset) -> str:
-    """Return the heading of a figure of indices: engine and number of draws."""
+    """Return the heading of a figure of Sobol' indices: engine, number of draws."""
     least, most = int(found["draws"].min()), int(found["draws"].max())
     draws = f"{least}" if least == most else f"{least} to {most}"
     dropped = int(found["dropped"].max())

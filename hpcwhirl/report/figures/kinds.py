@@ -167,7 +167,7 @@ def cases_at(results: Results, settings: list[str]) -> list[int]:
 
 
 def _default_kinds(results: Results) -> list[str]:
-    """Return the kinds of figures that are drawn if the user names none."""
+    """Return the names of the kinds of figures to draw if the user names none."""
     return [
         name
         for name, kind in KINDS.items()
@@ -182,7 +182,10 @@ def _has_branches(results: Results) -> bool:
 
 
 def _check(results: Results, only: list[int] | None) -> None:
-    """Raise InputError if no case is finished, or one of the cases `only` is not."""
+    """Raise InputError if no case is finished, or a case that the user named is not.
+
+    only : numbers of the cases that the user named; None: none
+    """
     whole = results.finished()
     if not whole:
         raise InputError(f"{results.path} has no finished case: nothing to draw")

@@ -28,7 +28,9 @@ WINDOW = "window of the words"  # not "steady state": also drawn for divergent o
 def rotating(traces: Mapping[str, Floats], speed: float) -> Floats:
     """Return the centre's motion in the rotating frame, (n, 2), m; inverse of Eq. (12).
 
-    traces, speed : `time` and `centre` in the static frame; Omega, rad/s
+    traces : {name of trace: its samples}, with `time` and, in the static frame,
+        `centre`
+    speed : Omega, rad/s
     """
     z = traces["centre"] @ np.array([1.0, 1j]) * np.exp(-1j * speed * traces["time"])
     return np.column_stack([z.real, z.imag])
@@ -108,7 +110,7 @@ def is_coarse(path: Floats) -> bool:
 def draw_orbit(
     axes: Any, path: Floats, late: NDArray[np.bool_], gap: float, *, transient: bool
 ) -> None:
-    """Draw an orbit; label the axes with the unit of length chosen for the orbit.
+    """Draw the centre's orbit into a panel, with a unit that suits its size.
 
     The circle of the gap is left out if it is over 20 times larger than the orbit.
 
@@ -180,9 +182,10 @@ def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
 
 
 def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of the centre's Poincaré section, static frame.
+    """Return a figure of the centre's Poincaré section: its position once a revolution.
 
-    It shows the position once a revolution.
+    cases, case : results with traces; number of the case
+    transient : also show the time before the window
     """
     traces, row = cases.traces(case), cases.rows[case]
     late = in_window(traces["time"], row) | transient
@@ -211,7 +214,7 @@ def _motion(row: Mapping[str, Any]) -> str:
 
 
 def draw_ledger(cases: Results, case: int) -> Any:
-    """Return the figure of a case's energy inputs and losses over time."""
+    """Return a figure of a case's energy, energy inputs and losses over time."""
     traces, row = cases.traces(case), cases.rows[case]
     step = max(1, len(traces["time"]) // MOST_POINTS)
     time = traces["time"][::step]
@@ -267,7 +270,10 @@ def draw_case(
 
 
 def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
-    """Return a figure over time: centre, energies, and largest tip motion if stored."""
+    """Return a figure of a run over time: centre, energies, largest tip motion.
+
+    traces, row : parameters of `draw_case`; without `tips` the last panel is left out
+    """
     tips = traces.get("tips")
     panels = 3 if tips is not None else 2
     figure, axes = new_figure((9, 2.6 * panels), panels, sharex=True)

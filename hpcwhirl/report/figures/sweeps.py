@@ -309,7 +309,7 @@ def spectra_over(
 
 
 def draw_waterfall(cases: Results, case: int) -> Any:
-    """Return a figure of the centre's spectra over time and over a speed that changes.
+    """Return a waterfall: the centre's spectra over time and over a speed that changes.
 
     The strip below shows the word of each window, dashed lines Omega and -Omega, dotted
     lines the times and speeds at which a critical speed is crossed.

@@ -29,10 +29,14 @@ MOST_LINES = 10  # largest number of points drawn: those with the largest stress
 
 
 def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return maps of the tips' displacements, rotating frame, over time and blade.
+    """Return a figure of the displacements of all tips in colours over time and blade.
 
-    With several contact points per tip, two more maps show the chord of the blade that
-    moves most. A cell shows the sample of largest magnitude among the cell's samples.
+    They are radial and tangential, in the rotating frame. With several contact points
+    per tip, two more panels show the chord of the blade that moves most. A cell shows
+    its sample of largest magnitude.
+
+    cases, case : results with traces; number of the case
+    transient : also show the time before the window
     """
     traces, row = cases.traces(case), cases.rows[case]
     shown = in_window(traces["time"], row) | transient

@@ -111,13 +111,16 @@ class Axis:
         return np.asarray(where[self.index[rows]])
 
     def scaled(self) -> Floats:
-        """Return the positions of n cases, (n,); their logarithms on a log scale."""
+        """Return positions of n cases, (n,), in which drawn distances are differences.
+
+        On a log scale they are logarithms.
+        """
         return straight(self.levels, self.scale)[self.index]
 
     def widths(self, points: float) -> Floats:
-        """Return the width in points of the cell of each of m levels, (m,).
+        """Return the drawn width of the cell of each of m levels, (m,), in points.
 
-        points : length of the axis
+        points : drawn length of the axis, points
         """
         edges = straight(self.edges(), self.scale)
         return points * np.diff(edges) / np.ptp(edges)
@@ -202,8 +205,8 @@ def axis_of(name: str, values: Levels, label: str, factor: float = 1.0) -> Axis:
 
     Parameters
     ----------
-    name, values : the input's variable in results, and its values
-    label : label of the axis
+    name, values : the input's variable in results; its values in the cases of the map
+    label : label of the axis, with unit
     factor : from the SI unit of numbers to the unit of the label
     """
     if values.numeric:
@@ -219,7 +222,10 @@ def axis_of(name: str, values: Levels, label: str, factor: float = 1.0) -> Axis:
 
 
 def no_axis(count: int) -> Axis:
-    """Return an axis with one level for all `count` cases, if no input is swept."""
+    """Return the axis of a map on which no input varies: one position for all cases.
+
+    count : number of cases of the map
+    """
     return Axis("", "", np.zeros(count, np.int32), np.zeros(1))
 
 

@@ -172,7 +172,10 @@ def _key(
 
 
 def _refined_keys(refined: Refined | None) -> list[Any]:
-    """Return a refined map's legend entries: boundary, confirmed cells, speckle."""
+    """Return legend entries for boundary, confirmed cells and speckle of a refined map.
+
+    [] for a map that was not refined.
+    """
     if refined is None:
         return []
     cells = refined.cells

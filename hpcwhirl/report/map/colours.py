@@ -69,11 +69,11 @@ class Colours:
         return [word for word in self.looks if word in found]
 
     def fill(self, word: str) -> str:
-        """Return the fill colour of a word; white if the map shows numbers."""
+        """Return the colour that fills cells with a word; white on a map of numbers."""
         return self.looks[word].colour if self.number is None else "#FFFFFF"
 
     def hatch(self, word: str) -> tuple[str, str] | None:
-        """Return (pattern, colour) of a word's hatch; None if the word is not hatched.
+        """Return pattern and colour of the hatch of cells with a word; None: no hatch.
 
         On a map of words only `missing` is hatched: other words have a colour.
         """
@@ -125,15 +125,16 @@ def colours_of(
     word: Coded,
     whirl: Coded,
 ) -> Colours:
-    """Return what the colours of a map mean, by the quantity that it shows.
+    """Return what the colours of a map mean, from the quantity that the user chose.
 
     Parameters
     ----------
     data : results
-    name : "regime" (with twins, the majority's word), "whirl", "attractor" (see
-        `analysis.attractors`), "motion" if the file has it, or an expression over the
-        file's numbers
-    case, word, whirl : (n,), numbers of the cases shown, and their own words
+    name : the quantity: "regime" (with twins, the majority's word), "whirl",
+        "attractor" (see `analysis.attractors`), "motion" if the results have it, or an
+        expression over numbers of the results
+    case : (n,), numbers of the cases shown
+    word, whirl : (n,), regime, or why there is none, and whirl of these cases
     """
     if name == "regime":
         return Colours(name, "", by_majority(data, case, word), None, SHOWN)
@@ -193,8 +194,8 @@ def by_majority(data: xarray.Dataset, case: NDArray[np.intp], word: Coded) -> Co
     Parameters
     ----------
     data : results from `open_results`
-    case, word : (n,), numbers of some cases, and their own words, which are returned
-        for cases without twins
+    case, word : (n,), numbers of the cases; their own words, which are returned for
+        cases without twins
     """
     if MAJORITY not in data:
         return word

@@ -123,7 +123,9 @@ class Picture:
 
 
 def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
-    """Return the content of a campaign's map.
+    """Return the content of a campaign's map: axes, panels, and a word for each case.
+
+    data, wish : results; options of the map
 
     Raises
     ------
@@ -209,7 +211,9 @@ def varied(inputs: Inputs) -> list[str]:
 
 
 def _axes(inputs: Inputs, wish: Wish) -> tuple[str, str]:
-    """Return the variables of the x and y axis of a map, "" for none.
+    """Choose the inputs on the x and the y axis of a map; return them, "" for none.
+
+    Those that the user has not named are chosen by their number of values.
 
     inputs, wish : {input: its `Levels`}; options of the map
     """
@@ -228,7 +232,9 @@ def _axes(inputs: Inputs, wish: Wish) -> tuple[str, str]:
 
 
 def _by_levels(inputs: Inputs, names: Sequence[str]) -> list[str]:
-    """Return inputs sorted: numbers before texts, then by falling number of values.
+    """Return names of inputs in the order in which they get axes of a map.
+
+    Numbers come before texts, then inputs with more values.
 
     inputs, names : {input: its `Levels`}; the inputs to sort
     """

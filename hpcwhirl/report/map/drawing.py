@@ -155,7 +155,7 @@ def draw_mesh(axes: Any, part: Part, mesh: Mesh, name: str, **look: Any) -> Any:
     axes : axes of matplotlib
     part : cases of one panel
     mesh : cells, and the case that each one shows
-    name : prefix of the words in the identifier of the SVG element
+    name : first word of the identifier that the cells have in an SVG file
     look : keyword arguments of matplotlib's `pcolormesh`
 
     Returns
@@ -251,7 +251,10 @@ def rooms(part: Part) -> tuple[Mask, Mask]:
 
 
 def _letters(axes: Any, part: Part) -> None:
-    """Write a word's letter into each cell, with a marker of whirl beside or below."""
+    """Write the letter of its word into each cell of a panel that has room for it.
+
+    A marker of the whirl is drawn below or beside the letter.
+    """
     x, y = part.x.middles(part.rows), part.y.middles(part.rows)
     stacked, beside = rooms(part)
     plain = part.colours.number is None

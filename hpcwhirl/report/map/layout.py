@@ -77,7 +77,7 @@ class Sheet:
 
 
 def sheet_of(picture: Picture) -> Sheet:
-    """Return the layout of a map on paper."""
+    """Return the layout of a map on paper: rows, columns and size of its panels."""
     rows = _rows(picture)
     columns = -(-len(picture.panels) // rows)
     width = _narrower(picture.x, WIDEST if columns == 1 else max(PAGE / columns, 2.8))
@@ -101,7 +101,10 @@ def _narrower(axis: Axis, width: float) -> float:
 
 
 def _rows(picture: Picture) -> int:
-    """Return the number of rows of panels; two panel inputs give rows and columns."""
+    """Return the number of rows in which the panels of a map are arranged.
+
+    If panels differ in two inputs, each row has one value of the first input.
+    """
     count, names = len(picture.panels), list(picture.panels[0])
     if len(names) == 2:
         sides = [len({panel[n] for panel in picture.panels}) for n in names]
@@ -111,7 +114,7 @@ def _rows(picture: Picture) -> int:
 
 
 def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, results: Path) -> Any:
-    """Return the figure of a map.
+    """Draw a map; return its figure.
 
     Parameters
     ----------

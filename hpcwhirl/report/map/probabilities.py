@@ -102,13 +102,13 @@ def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
 
 
 def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> Any:
-    """Return the figure of shares over one swept input, or of one point.
+    """Return the figure of shares of motions, over one swept input or of one point.
 
     Parameters
     ----------
     data : results
-    found : result of `analysis.shares` or `analysis.basins`
-    note : a line about the draws
+    found : the shares, result of `analysis.shares` or `analysis.basins`
+    note : line on the draws, for the title
 
     Raises
     ------

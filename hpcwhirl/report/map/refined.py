@@ -171,7 +171,10 @@ def _ends(
 
 
 def _corners(boxes: Floats) -> NDArray[np.float64]:
-    """Return the corners of k boxes (left, right, bottom, top), (k, 4, 2)."""
+    """Return x and y of the four corners of k boxes, (k, 4, 2), to draw them.
+
+    boxes : (k, 4), left, right, bottom, top of each box
+    """
     left, right, low, high = boxes.T
     x, y = [left, right, right, left], [low, low, high, high]
     return np.stack([np.transpose(x), np.transpose(y)], axis=-1)

@@ -67,8 +67,8 @@ class PageData:
     Attributes
     ----------
     facts : data that become JSON: inputs, meanings, units, commands
-    columns : bytes of all columns of results, one after another
-    records : bytes of the traces of each case, all of one size
+    columns : values of all columns of results, as bytes, one after another
+    records : traces of each case that has some, reduced to bytes, all of one size
     """
 
     facts: dict[str, Any]
@@ -77,7 +77,7 @@ class PageData:
 
 
 def page_data(results: Results) -> PageData:
-    """Return the data in the page of a campaign, from its results."""
+    """Return the data that a campaign's page contains, from its results."""
     sizes, records, slots = _records(results)
     plan = results.plan
     table, data = _columns(results, slots)
@@ -378,7 +378,7 @@ def is_stale(directory: Directory) -> bool:
 
 
 def page_of(content: PageData) -> str:
-    """Return the HTML text of a campaign's page from its data."""
+    """Return a campaign's page as HTML text, with styles, scripts and data."""
     scripts = [_asset(name) for name in LIBRARIES]
     own = "\n".join(_asset(f"assets/{name}.js") for name in SCRIPTS)
     scripts.append(f'"use strict";\n(() => {{\n{own}\n}})();\n')
