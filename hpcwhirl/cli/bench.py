@@ -71,7 +71,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Time the schemes in this process and print a table."""
+    """Time a step of each scheme on this core, and print the times.
+
+    With --sizes it times engines of several numbers of blades instead. Returns the exit
+    code
+    """
     if args.repeats < 1:
         raise InputError(f"--repeats must be >= 1, got {args.repeats}")
     scene = scene_of(args.scene, args.settings)

@@ -267,7 +267,10 @@ def _tell_stopped(out: Directory | Path, reason: str) -> None:
 
 
 def _failures(ending: Any) -> str:
-    """Return a sentence: how many cases failed, and where the reasons are."""
+    """Return a sentence on how many cases failed, and where the reasons are stored.
+
+    ending : how the campaign's run ended
+    """
     text = f"{ending.failed} of {ending.cases} cases failed"
     if ending.missing:
         text += f", {ending.missing} of them without a row: the same command "

@@ -131,7 +131,7 @@ def _print_first(
 
 
 def _is_same(values: NDArray[Any]) -> bool:
-    """Return whether a column has several values that are all equal."""
+    """Return whether a column has the same value in all of several rows."""
     return len(values) > 1 and bool((values == values[0]).all())
 
 

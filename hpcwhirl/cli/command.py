@@ -259,7 +259,7 @@ class _Deaf(io.FileIO):
     """Unbuffered stream for stderr, which drops data that cannot be written."""
 
     def write(self, data: Any) -> int:
-        """Write data, or drop them if that fails."""
+        """Write data, or drop them if that fails; return their number of bytes."""
         try:
             return super().write(data)
         except OSError:

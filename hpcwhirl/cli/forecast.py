@@ -60,7 +60,9 @@ def facts_of(cost: Forecast, design: Design, ranks: int) -> dict[str, Any]:
 
 
 def job_line(cost: Forecast, ranks: int, request: Request) -> str:
-    """Return a line that compares core-hours and wall time with a job's time limit.
+    """Return a line that compares a campaign's predicted time with a job's time limit.
+
+    It tells core-hours, wall time, and whether one job may be enough.
 
     Parameters
     ----------

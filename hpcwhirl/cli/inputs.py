@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 PRESET = "preset"
 ENGINES = "engines"
 TABLES = ("scene", "engine", "engine.casing", "engine.rotor", "solver", "output")
-WIDE = 110  # columns of a table if stdout is no terminal
+WIDE = 110  # characters in a line of a table if stdout is no terminal
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the inputs, presets or engines that the argument names."""
+    """Print the inputs, presets or engines that the command's argument names."""
     if args.name == PRESET or args.name in preset_names():
         names = preset_names() if args.name == PRESET else [args.name]
         rows = [{"name": n, "inputs": preset_inputs(n), "loses": preset_loss(n)}

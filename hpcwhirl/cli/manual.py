@@ -9,7 +9,7 @@ from importlib import resources
 
 from hpcwhirl.errors import unknown
 
-WIDE = 100  # columns beyond which text is hard to read
+WIDE = 100  # characters in a line, beyond which text is hard to read
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

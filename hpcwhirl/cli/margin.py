@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check(args: argparse.Namespace) -> None:
-    """Raise InputError for options that do not go together or are out of range."""
+    """Raise InputError for options of `margin` that exclude each other or are wrong."""
     if not 0.0 <= args.sure <= 1.0:
         raise InputError(f"--sure must be >= 0 and <= 1, got {args.sure:g}")
     if args.plot and not args.first:
@@ -182,6 +182,8 @@ def first_change(
     args: argparse.Namespace, data: xarray.Dataset, over: str, point: float | None
 ) -> int:
     """Print up to which value of an input cases are damped, for each line of cases.
+
+    This is --first. Returns the exit code
 
     Parameters
     ----------

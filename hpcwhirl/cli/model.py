@@ -33,7 +33,7 @@ from hpcwhirl.structure import blade_stiffness
 
 MOST_ORDERS = 10_000  # largest number of super-harmonics
 SHOWN_HZ = 300.0  # highest frequency printed by default
-SHOWN_SPEED = 600.0  # rad/s, highest one printed for diameters other than the load's
+SHOWN_SPEED = 600.0  # rad/s, highest critical speed printed, except for the pulse's k
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -233,16 +233,15 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
 
 
 def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
-    """Return the rows of the modal table as texts, with modes of a family in one row.
+    """Return the rows of the modal table as printed, texts.
 
-    Modes of one family of the rotor that do not move the centre share a row.
-
-    Columns: body, family, nodal diameters, frequencies in Hz, share of the centre,
-    clearance consumption.
+    Modes of one family of the rotor that do not move the centre share a row. Columns:
+    body, family, nodal diameters, frequencies in Hz, share of strain energy in the
+    shaft's springs, clearance consumption.
 
     Parameters
     ----------
-    modes : `modes` of `facts_of`, by frequency
+    modes : lines of the modal table as dicts, by frequency
     """
     groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for number, mode in enumerate(modes):

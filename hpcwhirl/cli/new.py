@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from hpcwhirl.scene import Scene
 
 RPM = 30.0 / math.pi  # rpm per rad/s
-GAPS = (0.5, 1.0, 2.0, 4.0)  # values of the sweep, in multiples of the gap
-NOTES = 30  # column of comments
+GAPS = (0.5, 1.0, 2.0, 4.0)  # gaps that a new file sweeps, as multiples of the fan's
+NOTES = 30  # column of a new file at which comments begin
 SPEEDS = 20  # approximate number of speeds in the sweep
 OPTIONS = {  # name: unit, metavar, help
     "radius": ("m", "LENGTH", "tip radius (default 0.5 m)"),
@@ -189,7 +189,7 @@ def toml_of(fan: Fan, scene: Scene, checked: Checked) -> str:
 
 
 def aligned(text: str) -> str:
-    """Return the lines of a file with the comments after values aligned."""
+    """Return the text of a TOML file with the comments that follow values aligned."""
     lines = []
     for line in text.splitlines():
         code, sign, note = line.partition("#")

@@ -61,7 +61,7 @@ class _Preset(argparse.Action):
 
 
 def add_set(parser: argparse.ArgumentParser) -> None:
-    """Add ``--set NAME=VALUE``, repeatable, and ``--preset NAME``."""
+    """Add the options ``--set NAME=VALUE``, repeatable, and ``--preset NAME``."""
     # fmt: off
     known = ", ".join(preset_names())
     add_option(parser, "--preset NAME",
@@ -153,7 +153,7 @@ def add_json(parser: argparse._ActionsContainer) -> None:
 
 
 def add_scene_name(parser: argparse.ArgumentParser) -> None:
-    """Add the positional argument that names a scene."""
+    """Add the optional argument SCENE: a scene's file, or name of a built-in scene."""
     known = f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)"
     parser.add_argument(
         "scene", nargs="?", default="table2", metavar="SCENE", help=known
@@ -284,7 +284,7 @@ def print_json(facts: Mapping[str, Any]) -> None:
 
 
 def finite(value: Any) -> Any:
-    """Return nested data with numbers that are not finite replaced by None."""
+    """Return nested data for JSON: numbers that are not finite become None."""
     if isinstance(value, Mapping):
         return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -85,7 +85,10 @@ def _twins(results: Path) -> str:
 
 
 def _stale(directory: Directory) -> str:
-    """Return the command that renews report.html if it is out of date; else ""."""
+    """Return a hint with the command that renews report.html, if it is out of date.
+
+    "" otherwise.
+    """
     if not directory.page.exists() or not directory.results.exists():
         return ""
     from hpcwhirl.report.page.build import is_stale

@@ -22,7 +22,7 @@ from hpcwhirl.scene.units import AS_STORED, showing, shown_in
 if TYPE_CHECKING:
     import xarray
 
-AT_ONCE = 10_000  # rows per pass: as Python objects they take 10 times the memory
+AT_ONCE = 10_000  # rows converted at a time: Python objects take 10 times the memory
 Columns = Mapping[str, NDArray[Any]]
 Units = Mapping[str, str]
 
@@ -38,7 +38,7 @@ def add_format(parser: argparse.ArgumentParser) -> None:
 
 
 def unit_of(data: xarray.Dataset, name: str) -> str:
-    """Return the unit of a variable, "" if it has none or results lack the variable."""
+    """Return the SI unit of a variable of results; "" without unit or variable."""
     unit = str(data[name].attrs.get("units", "")) if name in data else ""
     return "" if unit == "1" else unit
 
@@ -101,7 +101,7 @@ def print_data(
 
 
 def _records(columns: Columns) -> list[dict[str, Any]]:
-    """Return the rows of a table, given by columns, as a list of {column: value}."""
+    """Return columns as a list of rows, {column: value} each, for JSON."""
     rows = zip(*(c.tolist() for c in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]
 
@@ -150,7 +150,7 @@ def _plain(value: Any) -> Any:
 
 
 def cell(value: Any) -> str:
-    """Return a value as text for a table; NaN as ""."""
+    """Return a value as text for a printed table; "" for NaN."""
     if isinstance(value, float):
         return "" if value != value else f"{value:.6g}"  # noqa: PLR0124 - NaN
     return one_line(str(value))
