@@ -276,7 +276,7 @@ class Tradeoff:
     reference_seconds: dict[str, float]
 
     def facts(self) -> dict[str, Any]:
-        """Return all results as data for JSON, with the score of each comparison."""
+        """Return the results as data for JSON, with the score of each comparison."""
         rows = [asdict(row) | {"score": row.score} for row in self.compared]
         return asdict(self) | {"compared": rows}
 
