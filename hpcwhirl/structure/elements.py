@@ -177,7 +177,9 @@ def add_block(target: Floats, block: Floats, dofs: Indices) -> None:
 
 
 def turn(angle: float) -> Floats:
-    """Return the (2, 2) matrix from components (x, y) to those in turned axes.
+    """Return the matrix, (2, 2), that gives a vector's components in turned axes.
+
+    It multiplies the components (x, y).
 
     angle : rad, by which the axes are turned anticlockwise
     """

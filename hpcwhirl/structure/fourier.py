@@ -137,7 +137,7 @@ class FourierOperator:
 
     @property
     def width(self) -> int:
-        """Number of radial coordinates for one axial function, 2 H + 1."""
+        """Number of radial coordinates of one axial function: 2 H + 1."""
         return 2 * self.harmonics + 1
 
     @property
@@ -156,11 +156,12 @@ class FourierOperator:
         return len(self.radial) + self.radial
 
     def rows(self, angles: Floats, stations: Floats = MIDDLE) -> tuple[Floats, Floats]:
-        """Return the matrices from coordinates to w and u at m points, (m, size) each.
+        """Return the matrices that give w and u at m points from the coordinates.
 
-        w is radial outward, u tangential with the angle.
+        They are (m, size) each; w is the radial displacement, outward, u the tangential
+        one, with the angle.
 
-        angles, stations : (m,), rad; (m,) or (1,), m, axial places
+        angles, stations : (m,), rad; (m,) or (1,), m, axial positions
         """
         angles = np.atleast_1d(np.asarray(angles, dtype=np.float64))
         phase = angles[:, None] * np.arange(1, self.harmonics + 1)
@@ -211,9 +212,10 @@ class FourierOperator:
 
 
 def harmonic_matrices(casing: Casing, radius: float, h: int) -> tuple[float, Floats]:
-    """Return mass and stiffness (m, K) of a ring's harmonic h in coordinates (W, U).
+    """Return mass and stiffness of a ring's harmonic h in its amplitudes (W, U).
 
-    From the energies of the element in `elements.curved`, integrated over the ring:
+    w = W cos(h theta), u = U sin(h theta). From the energies of the element in
+    `elements.curved`, integrated over the ring:
     K = a [EA/R^2 (W + hU)^2 + EI/R^4 (h^2 W + hU)^2 + k_f (W^2 + U^2)], m = a rho A,
     a = pi R, or 2 pi R for h = 0, where U is a uniform rotation. The second phase,
     w = W sin, u = -U cos, has the same matrices.
@@ -261,8 +263,9 @@ def fluegge(h: int, lam: float, k: float, poisson: float) -> Floats:
 def shell_matrices(
     casing: Casing, radius: float, h: int, p: int
 ) -> tuple[float, Floats]:
-    """Return (m, K) of a shell's harmonic h and axial function p, on (W, V, U).
+    """Return mass and stiffness of a shell's harmonic h and axial function p.
 
+    They act on the amplitudes (W, V, U) of radial, tangential and axial displacement.
     The foundation k_f = rho t omega_c1^2 acts on all three displacements. The second
     phase, w = W sin, v = -V cos, u = U sin, has the same matrices. For h = 0, V is the
     amplitude of a rotation, v = V sin(p pi x / L).

@@ -54,11 +54,13 @@ class RingOperator:
         return 2 * np.pi * self.radius / self.elements
 
     def rows(self, angles: Floats) -> tuple[Floats, Floats]:
-        """Return the matrices from the DoF to displacements w and u at m angles, rad.
+        """Return the matrices that give displacements w and u at m angles from the DoF.
+
+        angles : (m,), rad
 
         Returns
         -------
-        (m, 4 elements) each: w radial outward, u tangential
+        (m, 4 elements) each: for w, radial outward, and for u, tangential
         """
         angles = np.atleast_1d(np.asarray(angles, dtype=np.float64))
         position = np.mod(angles, 2 * np.pi) / (2 * np.pi) * self.elements

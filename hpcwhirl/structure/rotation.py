@@ -82,7 +82,10 @@ class Member:
 
 
 def coriolis_of(length: float, section: Section) -> Floats:
-    """Return a beam's Coriolis matrix C (6, 6), kg, in the DoF of `elements.beam`."""
+    """Return a beam's Coriolis matrix C, (6, 6), kg, in the DoF of `elements.beam`.
+
+    length, section : length, m, and section of the beam
+    """
     out = np.zeros((6, 6))
     for xi, weight in zip(POINTS, WEIGHTS, strict=True):
         mass = section.density * section.at(xi)[0] * weight * length
@@ -189,10 +192,10 @@ def tensions(parts: list[Member], size: int) -> Floats:
 
 
 def rotation_of(rotor: Rotor) -> Rotation:
-    """Return the terms of rotation (Coriolis, stiffening, loads) of a bladed disk.
+    """Return what rotation adds to a bladed disk: Coriolis, stiffening, loads.
 
-    They are in the DoF of `bladed_disk`. The loss of a blade does not change the
-    tension of disk and rim.
+    The matrices are in the DoF of `bladed_disk`. The loss of a blade does not change
+    the tension of disk and rim.
     """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     parts = members(rotor)
