@@ -36,16 +36,16 @@ def craig_bampton(
     eta: int,
     near: Matrix | None = None,
 ) -> tuple[Matrix, Matrix]:
-    """Return the Craig-Bampton basis, x = Phi_CB (x_b, q_CB), Eq. (1), and frequencies.
+    """Return the Craig-Bampton basis Phi_CB of a structure, Eq. (1), and frequencies.
 
-    x are all displacements, x_b those of the boundary, q_CB the amplitudes of the
-    fixed-interface modes.
+    x = Phi_CB (x_b, q_CB): x are all displacements, x_b those of the boundary, q_CB the
+    amplitudes of the fixed-interface modes.
 
     Parameters
     ----------
-    mass, stiffness : (n, n), symmetric or Hermitian
-    boundary : (b,) DoF kept
-    eta : fixed-interface modes kept, the lowest first
+    mass, stiffness : M, K (n, n), symmetric or Hermitian
+    boundary : (b,), indices of the boundary DoF, which are kept
+    eta : number of fixed-interface modes kept, the lowest
     near : (n - b, more than eta), lowest fixed-interface modes of a similar structure,
         from which an iteration starts: with real, sparse matrices it is faster, and its
         modes are the same to round-off; None: no iteration

@@ -100,8 +100,11 @@ def centre_width(structure: CyclicStructure, k: int) -> int:
 def real_block(hermitian: Complexes, *, simple: bool) -> Floats:
     """Return the real symmetric form of a nodal diameter's Hermitian matrix H.
 
-    With z = a + i b the energy z^H H z is (a, b)^T [[Hr, -Hi], [Hi, Hr]] (a, b);
-    simple harmonics have b = 0. The real form of a skew-Hermitian H is skew-symmetric.
+    Its coordinates are the real, then the imaginary parts of z = a + i b: the energy
+    z^H H z is (a, b)^T [[Hr, -Hi], [Hi, Hr]] (a, b). The real form of a skew-Hermitian
+    H is skew-symmetric.
+
+    simple : whether the diameter is a simple harmonic, which has b = 0
     """
     if simple:
         return np.ascontiguousarray(hermitian.real)
@@ -221,10 +224,10 @@ def unmixed(
 
 
 def aligned(shapes: Floats, omega: Floats, blades: int) -> Floats:
-    """Return mode shapes with one nodal diameter each, as far as possible.
+    """Return mode shapes of a rotor, combined so that each has one nodal diameter.
 
     Only modes whose frequencies are equal to round-off are combined, so that the
-    results are modes, too.
+    results are modes, too; others may keep several diameters.
 
     Parameters
     ----------

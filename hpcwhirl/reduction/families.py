@@ -141,11 +141,12 @@ def modal_table(model: Model) -> list[Line]:
 
 
 def first_family(table: list[Line], body: str) -> dict[int, float]:
-    """Return {nodal diameter: omega of the family 1F, rad/s} of a body.
+    """Return frequencies of a body's first bending family, 1F, by nodal diameter.
 
-    1F is the first bending mode; of a split pair the lower omega is returned.
+    Returns {nodal diameter: omega, rad/s}; of a pair that mistuning has split, the
+    lower omega
 
-    body : "rotor" or "casing"
+    table, body : modal table of the engine; "rotor" or "casing"
     """
     return {
         line.nodal_diameter: 2 * np.pi * line.frequency_hz
@@ -155,11 +156,14 @@ def first_family(table: list[Line], body: str) -> dict[int, float]:
 
 
 def moving_families(table: list[Line]) -> dict[str, dict[int, float]]:
-    """Return {family: {nodal diameter: omega, rad/s}} of the rotor's main waves.
+    """Return frequencies of the rotor's modes that matter for whirl, by family.
 
-    These are 1F and, of the other families, the modes with more than `MOVING_SHARE` of
-    their strain energy in the shaft's springs: the suspension, or two modes that share
-    this energy. Of a split pair, the lower frequency is returned.
+    Returns {family: {nodal diameter: omega, rad/s}}. These modes are 1F and, of the
+    other families, those with more than `MOVING_SHARE` of their strain energy in the
+    shaft's springs: the suspension, or two modes that share this energy. Of a pair that
+    mistuning has split, the lower frequency is returned.
+
+    table : modal table of the engine
     """
     families: dict[str, dict[int, float]] = {}
     for line in table:

@@ -138,7 +138,11 @@ class _Map:
         self.width = 0
 
     def add(self, rows: Integers, columns: Integers, values: Any) -> None:
-        """Set T[rows[i], columns[i]] for all i, to values[i] or to a single value."""
+        """Set entries of T.
+
+        rows, columns : (c,), indices of c entries: DoF of u, free DoF of v
+        values : (c,), or one value for all
+        """
         self.rows.append(rows)
         self.columns.append(columns)
         self.values.append(np.broadcast_to(values, rows.shape))

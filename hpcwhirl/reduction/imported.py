@@ -320,7 +320,7 @@ def _check_blades(given: Given, name: str, blades: int) -> None:
 
 
 def _check_shapes(given: Given) -> None:
-    """Check that a file's matrices are square and of one size."""
+    """Raise InputError if a file's matrices are not square or not of one size."""
     count = len(given["mass"])
     for name in ("mass", "stiffness", "damping"):
         if name != "damping" or name in given:

@@ -110,16 +110,23 @@ def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel
 
 
 def modes_of(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
-    """Return frequencies (n,), rad/s, ascending, and mode shapes (n, n) of K and M.
+    """Return all modes of a structure: frequencies, rad/s, (n,), and shapes, (n, n).
 
-    Shapes are mass-orthonormal. A negative omega^2 is taken as 0.
+    Frequencies are ascending, shapes mass-orthonormal; omega^2 < 0 is taken as 0.
+
+    mass, stiffness : M, K (n, n), symmetric
     """
     squared, shapes = eigh(stiffness, mass)
     return np.sqrt(np.maximum(squared, 0.0)), np.ascontiguousarray(shapes)
 
 
 def boundary_of(structure: CyclicStructure) -> Indices:
-    """Return indices of the DoF that a reduction keeps: tips by sector, then centre."""
+    """Return the indices of the DoF that a reduction keeps, (b,).
+
+    They are those of the tips, sector by sector, then of the centre.
+
+    structure : bladed disk
+    """
     first = structure.sector_size * np.arange(structure.sectors)
     tips = first[:, None] + np.array(structure.boundary)
     centre = np.array(structure.centre, dtype=np.intp)

@@ -76,7 +76,7 @@ class Model:
 
     @property
     def angles(self) -> Floats:
-        """Angles of the contact points, (N n_c,), rad, blade 0 being at 0."""
+        """Angles of the contact points from blade 0, (N n_c,), rad, blade by blade."""
         angle = 2.0 * math.pi * np.arange(self.blades) / self.blades
         points = self.rotor.points
         if points is None:
@@ -114,11 +114,13 @@ class Model:
 
 
 def highest(body: ModalModel, speed: float, blades: int) -> float:
-    """Return the highest natural frequency of a body at a speed, both in rad/s.
+    """Return the highest natural frequency of a body at a speed, rad/s.
 
-    It follows from the stiffness at this speed, without Coriolis forces.
+    It follows from the stiffness at this speed, without Coriolis forces, and limits the
+    time step.
 
     body, blades : modal model of rotor or casing; number of blades
+    speed : Omega, rad/s
     """
     if body.spin is None:
         return float(body.omega.max())

@@ -89,7 +89,7 @@ class SpinBlock:
 
 @dataclass(frozen=True)
 class Spin:
-    """The terms that rotation adds to a reduced rotor, see `structure.rotation`.
+    """The terms of rotation: matrices and loads that rotation adds to a reduced rotor.
 
     M x" + (D + D_s + 2 Omega C) x' + (K + Omega^2 K_1 + Omega^4 K_2 + S) x = f +
     Omega^2 F_c. The supports do not rotate: those that are the same in all directions
@@ -101,8 +101,8 @@ class Spin:
     stiffening : K_1 (n, n), kg; for the built-in rotor K_g - M
     load : F_c (n,), kg m
     quartic : K_2 (n, n), kg s^2; None: 0
-    waves : the block of each nodal diameter; empty for unequal sectors, and for one or
-        two sectors
+    waves : modes and terms of rotation of each nodal diameter; empty for unequal
+        sectors, and for one or two sectors
     support : supports of the centre that the stiffness matrix does not include
     tilt : indices of the tilt's coordinates, if the disk tilts
     released : (n,), kg m, the pull of a lost blade with opposite sign; None: none is
@@ -200,7 +200,10 @@ class ModalModel:
 
 
 def has_centre(model: ModalModel, blades: int) -> bool:
-    """Return whether a rotor of `blades` blades has a centre that is free to move."""
+    """Return whether the centre of a rotor is free to move, not clamped.
+
+    model, blades : modal model of the rotor; N
+    """
     return len(model.shapes) > 2 * blades + model.kept
 
 

@@ -213,9 +213,9 @@ class Stress:
 
 
 def von_mises(stress: Floats) -> Floats:
-    """Return von Mises' equivalent stress (...,) of stress components (..., 6).
+    """Return von Mises' equivalent stress, (...,), Pa.
 
-    Their order is normal stresses xx, yy, zz, then shear stresses yz, zx, xy.
+    stress : (..., 6), Pa, normal stresses xx, yy, zz, then shear stresses yz, zx, xy
     """
     normal, shear = stress[..., :3], stress[..., 3:]
     apart = normal - np.roll(normal, 1, axis=-1)
@@ -226,7 +226,7 @@ def von_mises(stress: Floats) -> Floats:
 def stress_of(given: Given, blades: int) -> Stress | None:
     """Return the stress at named points of a rotor from file; None if it has none.
 
-    It is in the file's coordinates.
+    It is a function of the coordinates of the file's matrices.
 
     Raises
     ------

@@ -428,15 +428,21 @@ def _check(m_ii: Any, solve: Solve, squared: Floats, modes: Matrix) -> None:
 
 
 def _quotients(k_ii: Any, m_ii: Any, modes: Matrix) -> Floats:
-    """Return the Rayleigh quotient omega^2, (m,), of each of m columns of `modes`."""
+    """Return the Rayleigh quotient of each of m shapes, omega^2, (rad/s)^2, (m,).
+
+    k_ii, m_ii, modes : K, M (n, n); (n, m), a shape in each column
+    """
     strain, inertia = ((modes.conj() * (a @ modes)).sum(axis=0) for a in (k_ii, m_ii))
     return np.asarray(strain.real / inertia.real)
 
 
 def _ritz(k_ii: Any, m_ii: Any, modes: Matrix) -> tuple[Floats, Matrix]:
-    """Return Ritz values omega^2, (m,), and M-orthonormal Ritz vectors, (n, m).
+    """Return the best approximations to modes that m shapes can be combined to.
 
-    modes : (n, m), whose columns span the space
+    Returns Ritz values omega^2, (rad/s)^2, (m,), and Ritz vectors, (n, m), orthonormal
+    by M
+
+    k_ii, m_ii, modes : K, M (n, n); (n, m), a shape in each column
     """
     strain, inertia = (_reduced(a, modes) for a in (k_ii, m_ii))
     squared, mix = eigh(strain, inertia)

@@ -299,11 +299,11 @@ def check_terms(given: Given) -> None:
 
 
 def stiffness_terms(rest: Any, terms: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Return (K_1, K_2) of K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2, dense or sparse.
+    """Return how the stiffness of a rotor from file depends on the speed: K_1 and K_2.
 
-    K_2 is None if it is 0. K_1 is `stress_stiffness` less `softening`; or K_1 and K_2
-    follow from the stiffness at two speeds (Sternchuss and Balmes 2006), a = Omega_a^2,
-    b = Omega_b^2:
+    K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2, dense or sparse; K_2 is None if it is 0.
+    K_1 is `stress_stiffness` less `softening`; or K_1 and K_2 follow from the stiffness
+    at two speeds (Sternchuss and Balmes 2006), a = Omega_a^2, b = Omega_b^2:
 
     K_1 = [b^2 (K_a - K_0) - a^2 (K_b - K_0)] / (a b (b - a))
     K_2 = [a (K_b - K_0) - b (K_a - K_0)] / (a b (b - a))

@@ -148,9 +148,10 @@ class Bearing:
 
 
 def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
-    """Return a bearing from its table over speed.
+    """Return the supports of a bearing that is given by eight coefficients over speed.
 
-    rows : (speed, k_xx, k_xy, k_yx, k_yy, c_xx, c_xy, c_yx, c_yy) of each line
+    rows : (speed, k_xx, k_xy, k_yx, k_yy, c_xx, c_xy, c_yx, c_yy) of each line of the
+        bearing's table; rad/s, N/m, N s/m
     spring : k_o, N/m, which is in the rotor's matrix and replaced by the table
     """
     table = np.array(rows)
@@ -166,9 +167,9 @@ def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
 def small_damping(
     viscosity: float, length: float, radius: float, clearance: float
 ) -> float:
-    """Return the damping c_0, N s/m, of small motions in a squeeze film.
+    """Return the damping c_0, N s/m, of a squeeze film in small motions.
 
-    viscosity, length, radius, clearance : mu, Pa s; L, R and c, m
+    viscosity, length, radius, clearance : mu, Pa s; L, R and c of the film, m
     """
     return math.pi * viscosity * radius * (length / clearance) ** 3
 

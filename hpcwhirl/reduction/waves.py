@@ -62,7 +62,7 @@ class WaveLine:
 
 
 def wave_lines(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor at a speed, rad/s, by diameter and frequency.
+    """Return all waves of a rotor at a speed, sorted by diameter and frequency.
 
     A standing wave (k = N / 2, or a single mode of a mistuned rotor without terms of
     rotation) is returned as two waves of opposite sense; a mode of k = 0 as one.
@@ -87,7 +87,12 @@ def _line(k: int, family: str, root: complex, speed: float) -> WaveLine:
 
 
 def _at_rest(model: ModalModel, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor without terms of rotation, by nodal diameter."""
+    """Return the waves of a rotor without terms of rotation, by nodal diameter.
+
+    Their frequencies in the rotating frame are those at rest.
+
+    speed : Omega, rad/s, for frequencies in the static frame
+    """
     lines = []
     for k in np.unique(model.diameter).tolist():
         names = family_ranks(model, k)
@@ -105,7 +110,7 @@ def _at_rest(model: ModalModel, speed: float) -> list[WaveLine]:
 
 
 def _by_diameter(model: ModalModel, spin: Spin, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor of equal sectors with rotation, by nodal diameter.
+    """Return the waves of a rotor of equal sectors with terms of rotation, by diameter.
 
     spin, speed : terms of rotation; Omega, rad/s
     """
@@ -233,9 +238,11 @@ def diameter_matrices(
 def quadratic_roots(
     damping: Complexes | Floats, stiffness: Complexes | Floats
 ) -> Complexes:
-    """Return the roots s (2 n,), 1/s, of det(s^2 + s D + K) = 0.
+    """Return the roots s of motions e^{s t} with x'' + D x' + K x = 0, (2 n,), 1/s.
 
     They are eigenvalues of a companion matrix with velocities scaled by sqrt(K).
+
+    damping, stiffness : D, 1/s, K, 1/s^2, (n, n)
     """
     n = len(stiffness)
     scale = np.sqrt(np.linalg.norm(stiffness))
@@ -276,7 +283,10 @@ def turning_matrices(
 
 
 def _of_whole(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor whose sectors are unequal, or at most two."""
+    """Return the waves of a rotor of unequal sectors, or of at most two sectors.
+
+    speed : Omega, rad/s
+    """
     gyro, damping, stiffness, push = turning_matrices(model, speed, blades)
     stiffness, n = stiffness + push, len(model.mass)
     right = np.linalg.solve(model.mass, np.hstack([stiffness, damping + gyro]))
