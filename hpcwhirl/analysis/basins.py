@@ -291,7 +291,9 @@ def basin_entropy(
 ) -> tuple[float, float, int]:
     """Return basin entropy and boundary basin entropy of a grid of starts, and boxes.
 
-    The grid is cut into boxes of neighbouring starts.
+    The grid is cut into boxes of neighbouring starts; S_i is the entropy of the motions
+    in box i.
+
     S_b = (1/N) sum_i S_i over all N boxes, and S_bb = (1/N_b) sum_i S_i over the N_b
     boxes with more than one motion, with S_i = -sum_j p_ij ln p_ij (Daza et al. 2016).
     S_bb > ln 2 means that a boundary is fractal. With few starts in a box, S_i is too

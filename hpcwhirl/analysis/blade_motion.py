@@ -44,7 +44,9 @@ def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
 
 
 def blade_amplitudes(tips: Floats) -> Floats:
-    """Return the rms distance of each of N tips from its mean position, (N,), m.
+    """Return the vibration amplitude of each of N blades, (N,), m.
+
+    It is the rms distance of the tip from its mean position.
 
     Parameters
     ----------
