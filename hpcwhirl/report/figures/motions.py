@@ -95,8 +95,8 @@ def orbits_of(
 def is_coarse(path: Floats) -> bool:
     """Return whether a path is sampled so coarsely that lines would look like polygons.
 
-    At most of its samples the path then turns by more than `TURNED`; it is drawn as
-    dots.
+    At most of its samples the path then turns by more than `TURNED`; a figure marks its
+    samples by dots.
 
     path : (n, 2), positions
     """

@@ -110,7 +110,7 @@ class Picture:
 
     @property
     def gridded(self) -> bool:
-        """Whether the map is a grid in which each case has a cell of its own."""
+        """Whether each case has one rectangular cell: neither refined nor scattered."""
         return not self.scattered and self.refined is None
 
     def __len__(self) -> int:
@@ -244,10 +244,11 @@ def _by_levels(inputs: Inputs, names: Sequence[str]) -> list[str]:
 def _follows(inputs: Inputs, name: str, by: str) -> bool:
     """Return whether one input is a function of another, as those swept in [zip].
 
-    name, by : the input; the other one
+    If no value of the other one, `by`, occurs twice, every input is a function of it;
+    then the input must rise or fall monotonically with `by`.
 
-    If no value of `by` occurs twice, every input is a function of it; then the input
-    must rise or fall monotonically with `by`.
+    inputs : {input: its `Levels`}
+    name, by : the input; the other one
     """
     own, other = inputs[name], inputs[by]
     value = np.zeros(len(other), np.int32)

@@ -183,9 +183,11 @@ def _levels(values: list[Any]) -> dict[str, Any]:
 
 
 def _swept(results: Results, name: str) -> dict[str, Any]:
-    """Return what the page tells of a swept input, name : its dotted name.
+    """Return what the page tells of a swept input.
 
-    A dict of its names, unit, distinct values, and these values as --set options.
+    It is a dict of names, unit, distinct values, and these values as --set options.
+
+    name : dotted name of the input
     """
     levels = list(_levels(_given(results, name)).values())
     return {
