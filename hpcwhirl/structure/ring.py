@@ -50,7 +50,7 @@ class RingOperator:
 
     @property
     def length(self) -> float:
-        """Arc length of an element, m."""
+        """Arc length of an element of the ring, m."""
         return 2 * np.pi * self.radius / self.elements
 
     def rows(self, angles: Floats) -> tuple[Floats, Floats]:
@@ -75,9 +75,9 @@ class RingOperator:
         return radial, tangential
 
     def _points(self) -> tuple[Floats, Floats]:
-        """Return angles, rad, and weights, m, of the Gauss points of all elements.
+        """Return angles, rad, and weights, m, of all Gauss points, to integrate around.
 
-        The weights are arc lengths: they sum up to the circumference.
+        The weights are arc lengths: they sum up to the circumference of the ring.
         """
         edges = np.arange(self.elements)[:, None] + POINTS[None, :]
         angles = (edges * 2 * np.pi / self.elements).ravel()

@@ -118,9 +118,9 @@ def loads_of(
 
 
 def stiffening_of(length: float, section: Section, start: float, mean: float) -> Floats:
-    """Return the stress stiffness K_g (6, 6), kg, of a beam under an axial force.
+    """Return a beam's stress stiffness K_g, (6, 6), kg, under the centrifugal pull.
 
-    It is per unit Omega^2, in the DoF of `elements.beam`.
+    It is N/m per unit Omega^2, in the DoF of `elements.beam`.
 
     Parameters
     ----------
@@ -166,10 +166,11 @@ def members(rotor: Rotor) -> list[Member]:
 
 
 def tensions(parts: list[Member], size: int) -> Floats:
-    """Return the mean axial force of each beam of a sector, kg m: N per unit Omega^2.
+    """Return the mean axial force of each beam of a sector, (beams,), kg m.
 
-    The forces are those of the static response to the centrifugal load F_c, equal in
-    all sectors, with the centre held. Mistuning of the blades does not change them.
+    It is N per unit Omega^2, from the static response to the centrifugal load F_c,
+    equal in all sectors, with the centre held. Mistuning of the blades does not change
+    it.
 
     Parameters
     ----------
