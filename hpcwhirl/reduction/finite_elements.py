@@ -138,7 +138,7 @@ class _Map:
         self.width = 0
 
     def add(self, rows: Integers, columns: Integers, values: Any) -> None:
-        """Set entries of T.
+        """Set entries of T, the sparse matrix from free DoF v to all DoF u.
 
         rows, columns : (c,), indices of c entries: DoF of u, free DoF of v
         values : (c,), or one value for all

@@ -180,7 +180,7 @@ def whole_model(
 ) -> ModalModel:
     """Return the Craig-Bampton reduction (Eq. 1 of the paper) of all sectors at once.
 
-    The modes have no names yet (diameter, rank and phase are 0), see `named_after`.
+    The modes have no labels yet: diameter, rank and phase are 0, see `named_after`.
 
     Parameters
     ----------

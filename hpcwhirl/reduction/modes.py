@@ -220,11 +220,11 @@ def centre_rows(model: ModalModel, blades: int) -> Floats:
 def with_ratio(
     model: ModalModel, chosen: NDArray[np.bool_], ratio: float
 ) -> ModalModel:
-    """Return the body with another damping ratio for some of its modes.
+    """Return a body's modal model with another damping ratio for some of its modes.
 
     Parameters
     ----------
-    model : the body
+    model : the modal model, with m modes
     chosen : (m,), whether a mode gets the ratio
     ratio : damping ratio xi of these modes; if negative, nothing is changed
     """
@@ -365,7 +365,9 @@ def reduction_basis(
 
 
 def highest_of(mass: Any, stiffness: Any, count: int) -> float:
-    """Return the highest natural frequency, rad/s, of the basis at rest within another.
+    """Return the highest natural frequency, rad/s, that a basis at rest has.
+
+    Of a basis for all speeds it is a part; modes above this frequency do not count.
 
     mass, stiffness : (n, n), reduced by a basis that was extended to all speeds
     count : number of its leading coordinates, those of the basis at rest

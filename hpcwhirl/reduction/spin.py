@@ -148,7 +148,8 @@ def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalMo
 def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, str]:
     """Return which term of rotation deviates most from that of equal sectors.
 
-    Returns the deviation, 0 if the sectors are equal, and the name of the term
+    Returns the deviation, 0 if the sectors are equal, and the name of the term.
+
     Deviations are entries outside the blocks A of the nodal diameters; for modes i and
     j they are relative to the modal masses (C), to sqrt(A_ii A_jj) with A_ii at least
     the mass (K_1), or relative changes of frequency (K_2); for the load, entries of k >

@@ -81,7 +81,7 @@ class Support:
 
     @property
     def is_plain(self) -> bool:
-        """Whether the supports' matrices in the rotating frame are constant."""
+        """Whether the supports' matrices in the rotating frame are constant in time."""
         return self.is_round and self.film == 0.0
 
     def at(self, _: float) -> Support:
@@ -129,7 +129,7 @@ class Bearing:
 
     @property
     def is_plain(self) -> bool:
-        """Whether the supports' matrices in the rotating frame are constant."""
+        """Whether the supports' matrices in the rotating frame are constant in time."""
         return self.is_round
 
     def at(self, speed: float) -> Support:
