@@ -1,4 +1,8 @@
-"""The probability of each regime, from cases whose inputs were drawn."""
+"""The probability of each regime, from cases whose inputs were drawn by [sample].
+
+It is the share of a regime among the cases of each point of the sweep, a combination of
+the swept inputs.
+"""
 
 from __future__ import annotations
 
