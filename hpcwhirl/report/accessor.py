@@ -1,7 +1,7 @@
 """The xarray accessor `hpcwhirl`: selection of cases, and figures, in Python.
 
-Importing this module adds the attribute `hpcwhirl` to results from `open_results`,
-whose method `orbit`, for example, draws the orbit of a case.
+Importing this module gives xarray's datasets, such as results from `open_results`, an
+attribute `hpcwhirl`; its method `orbit`, for example, draws the orbit of a case.
 """
 
 from __future__ import annotations

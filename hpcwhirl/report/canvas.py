@@ -1,4 +1,4 @@
-"""Figures: creation, titles, labels and ticks with units, and writing to files."""
+"""What all figures share: creation, titles, labels and ticks with units, writing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Figures of Sobol' indices and their intervals: bars, or lines over many points."""
+"""Figures of Sobol' indices and their confidence intervals, for each drawn input.
+
+They are bars, or lines over a swept input if the sweep has many points.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shapes of the first family of modes, of the rotor and of the casing around it."""
+"""Figures of mode shapes: the rotor's first family, 1F, and the casing around it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""An axis of a map: positions of cases, edges of cells, ticks."""
+"""An axis of a map: positions of cases on it, edges of their cells, ticks.
+
+The levels of an axis are the distinct values that its input has in the cases.
+"""
 
 from __future__ import annotations
 

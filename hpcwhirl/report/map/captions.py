@@ -1,4 +1,4 @@
-"""Texts of a map: title, panel titles, legend, notes."""
+"""Texts on a map: its title with notes, titles of its panels, its legend."""
 
 from __future__ import annotations
 

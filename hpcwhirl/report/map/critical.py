@@ -1,4 +1,4 @@
-"""Critical speeds on a map: Eq. 13 and the super-harmonics of the casing."""
+"""Lines of critical speeds on a map: Eq. 13, and super-harmonics of the casing."""
 
 from __future__ import annotations
 

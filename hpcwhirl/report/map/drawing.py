@@ -1,4 +1,8 @@
-"""Panels of a map: a cell for each case of a grid, or points over nearest cases."""
+"""Drawing of a panel of a map, in which a colour shows the word of each case.
+
+Cases that form a grid have a cell each. Scattered cases are points, over small cells
+that have the colour of the nearest case.
+"""
 
 from __future__ import annotations
 
