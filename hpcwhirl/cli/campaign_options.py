@@ -1,4 +1,4 @@
-"""Options of `hpcwhirl campaign`, and the campaign that they prepare.
+"""Options of `hpcwhirl campaign`, and preparation of a campaign from them.
 
 Many options may also be set in the table [campaign] of the campaign's file, as keys.
 """

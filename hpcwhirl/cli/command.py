@@ -1,7 +1,7 @@
 """Run a sub-command: check and parse its arguments, print errors, set the exit code.
 
-The program replaces its standard streams by some that survive closed descriptors and
-full disks.
+The program replaces its standard streams by streams that work even if a descriptor is
+closed or a disk is full.
 """
 
 from __future__ import annotations

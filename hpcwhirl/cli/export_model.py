@@ -1,4 +1,8 @@
-"""`hpcwhirl export-model`: write M, K, D, contact operators and DoF maps to HDF5."""
+"""`hpcwhirl export-model`: write rotor and casing of a scene to an engine's file.
+
+The HDF5 file has mass, stiffness and damping matrices, modes, contact operators, and
+the indices of the DoF of tips and centre.
+"""
 
 from __future__ import annotations
 

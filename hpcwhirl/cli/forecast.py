@@ -1,4 +1,7 @@
-"""Printing of what `campaign --dry-run`, `--pilot` and `job` predict."""
+"""Printing of the cost of a campaign that --dry-run, --pilot and `job` predict.
+
+The prediction itself is made by `campaign.foresight.forecast`.
+"""
 
 from __future__ import annotations
 
