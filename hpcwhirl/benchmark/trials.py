@@ -1,4 +1,8 @@
-"""The scenes and settings that `hpcwhirl tradeoff` compares, from an embedded table."""
+"""The scenes and solver settings that `hpcwhirl tradeoff` compares, from trials.toml.
+
+A setting changes one property of the solver, its axis, such as the scheme or the time
+step; the reference is a setting of high accuracy.
+"""
 
 from __future__ import annotations
 
