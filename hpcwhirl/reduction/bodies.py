@@ -1,4 +1,7 @@
-"""Modal models of both bodies: bladed disk (from dimensions or a file) and casing."""
+"""Modal models of both bodies: bladed disk (from dimensions or a file) and casing.
+
+They are cached, so that the cases of a campaign with one engine share them.
+"""
 
 from __future__ import annotations
 

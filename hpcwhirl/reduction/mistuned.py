@@ -1,4 +1,8 @@
-"""Rotors of unequal sectors: reduced as a whole, modes labelled by nodal diameter."""
+"""Rotors of unequal sectors, by mistuning or the loss of a blade, and their modes.
+
+Such a rotor is reduced as a whole. Its modes have no single nodal diameter; as labels
+they get the diameter and family of modes of the tuned rotor.
+"""
 
 from __future__ import annotations
 

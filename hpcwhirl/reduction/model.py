@@ -1,4 +1,8 @@
-"""The model of a scene: both bodies in modal form, and the contact operator."""
+"""The mechanical model of a scene: both bodies by their modes, and where they touch.
+
+The contact operator gives the casing's displacements at the contact points, and the
+loads on the casing of forces there.
+"""
 
 from __future__ import annotations
 
