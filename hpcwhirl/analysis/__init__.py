@@ -7,11 +7,11 @@ results can be relabelled with other thresholds (`regimes`). Whirl is determined
 static frame, Z = (x_o + i y_o) exp(i Omega t): a wave that turns backward in the
 rotating frame at 256 rad/s is forward in the static frame if Omega > 256 rad/s.
 
-`late_friction` and `late_rotation` are the two energy inputs in a run's window: work of
-friction, and of the transport of contacts over the deformed ring, -lambda Omega
-dw/dtheta. `stability` gives the growth of a linear model, with all N tips held on the
-ring and sliding, one nodal diameter at a time. `participation` reconstructs modal
-amplitudes q_k from the traces of tips and centre alone; those of 1F and suspension
-differ from the integrated ones by less than 8 % (`pytest
-tests/analysis/test_analysis.py -k integrated`).
+The results `late_friction` and `late_rotation` are the two energy inputs in a run's
+window, its last 40 %: work of friction, and of the transport of contacts over the
+deformed ring, -lambda Omega dw/dtheta. `stability` gives the growth of a linear model,
+with all N tips held on the ring and sliding, one nodal diameter at a time.
+`participation` reconstructs modal amplitudes q_k from the traces of tips and centre
+alone; those of 1F and suspension differ from the integrated ones by less than 8 %
+(`pytest tests/analysis/test_analysis.py -k integrated`).
 """

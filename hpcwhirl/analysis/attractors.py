@@ -1,17 +1,19 @@
 """Attractors: the motions on which runs end, told apart by features of their windows.
 
-At each point of a sweep the sustained and the divergent cases are grouped by features:
-orbit radius, strongest line in the static frame, sense of whirl, energy, loss, growth
-(like `GroupViaClustering` of Attractors.jl; Datseris and Wagemakers, Chaos 32, 2022,
-doi:10.1063/5.0076568). Attractors of neighbouring points with the same regime and
+A point of a sweep is one combination of the swept inputs; its cases differ in their
+starts. At each point the sustained cases, and likewise the divergent ones, are grouped
+by features: orbit radius, frequency of the strongest spectral line in the static frame,
+sense of whirl, energy, loss, growth (like `GroupViaClustering` of Attractors.jl;
+Datseris and Wagemakers, Chaos 32, 2022, doi:10.1063/5.0076568). Each group is an
+attractor. Attractors of neighbouring points of the sweep with the same regime and
 similar features share a number.
 
-Clusters are clearly separated, or all points are one cluster. Single linkage
-(`scipy.cluster.hierarchy`) joins points that no gap separates, so that it follows
-clusters of any shape; scattered points around a cluster are joined to it instead of
-forming their own. A partition counts only if its mean silhouette is "strong" (Kaufman
-and Rousseeuw, Finding Groups in Data, 1990, Table 4: above 0.7) and if any two clusters
-differ by more than a given tolerance; otherwise all points are one cluster.
+Cases are clustered in the space of their features. Single linkage
+(`scipy.cluster.hierarchy`) joins cases that no gap separates, so that it follows
+clusters of any shape; a few scattered cases around a cluster are joined to it instead
+of forming their own. A partition counts only if its mean silhouette is "strong"
+(Kaufman and Rousseeuw, Finding Groups in Data, 1990, Table 4: above 0.7) and if any two
+clusters differ by more than a given tolerance; otherwise all cases are one cluster.
 """
 
 from __future__ import annotations
@@ -33,26 +35,26 @@ if TYPE_CHECKING:
 
 Ints = NDArray[np.int64]
 Words = NDArray[np.str_]
-FARTHEST = 10.0  # largest change of an attractor's features between successive points
+FARTHEST = 10.0  # tolerances by which an attractor may change to the next point
 LEAST = 1e-300  # smallest number whose logarithm is taken
-STRONG = 0.7  # least mean silhouette
-FEWEST = 3  # least number of points of a cluster
-MOST = 2000  # points whose distances are computed; others join the nearest one
-WIDER = 2.5  # least ratio of the gap between two clusters to the widest inside either
+STRONG = 0.7  # least mean silhouette of a partition that counts
+FEWEST = 3  # least number of cases of a cluster
+MOST = 2000  # largest number of cases clustered; others join the nearest one's cluster
+WIDER = 2.5  # least ratio of the gap between two clusters to the widest gap in either
 CUTS = 12  # largest number of partitions tried, beginning at the widest gap
 NORMAL = 1.4826  # ratio of standard deviation to median absolute deviation, normal law
 
 
 @dataclass(frozen=True)
 class Feature:
-    """A result of a case by which attractors are distinguished.
+    """A variable of the results by which attractors are told apart, and its scale.
 
     Attributes
     ----------
-    name : variable of the results
-    tolerance : smallest significant difference, see `clusters`
-    over : variable by whose largest |value| the number is divided, "" for none
-    log : whether the number's logarithm is taken, so that the tolerance is relative
+    name : variable of the results, such as "orbit_radius"
+    tolerance : difference below which two values count as the same motion
+    over : variable of the results by whose largest |value| it is divided; "" for none
+    log : whether its logarithm is taken, so that the tolerance is relative
     """
 
     name: str
@@ -61,9 +63,11 @@ class Feature:
     log: bool = False
 
     def of(self, data: xarray.Dataset) -> Floats:
-        """Return the feature of each case, divided by its tolerance, (cases,).
+        """Return the variable of each case in units of its tolerance, (cases,).
 
-        Values that are not finite become 0; data : results
+        Values that are not finite become 0.
+
+        data : results from `open_results`
         """
         value = np.asarray(data[self.name].to_numpy(), dtype=float)
         if self.over:
@@ -90,16 +94,25 @@ FEATURES = {  # {regime with several attractors: features}
 
 @dataclass
 class Known:
-    """Attractors found so far, a number for each: its regime and features."""
+    """Attractors found so far along a sweep; the i-th has the number i, from 0.
+
+    Attributes
+    ----------
+    regime : regime of each attractor
+    at : (features,) of each attractor, in tolerances, where it was last found
+    """
 
     regime: list[str] = field(default_factory=list)
     at: list[Floats] = field(default_factory=list)
 
     def numbered(self, regime: str, found: Sequence[Floats]) -> list[int]:
-        """Return numbers of attractors found at one point of the sweep; add new ones.
+        """Return the numbers of the attractors found at one point of the sweep.
 
-        regime : that of the attractors
-        found : features of each attractor at the point, by decreasing number of starts
+        One that is closest to a known attractor of its regime, within `FARTHEST`, gets
+        the number of that one; the others are added to the known ones.
+
+        regime : regime of all attractors in `found`
+        found : (features,) of each attractor, by decreasing number of starts
         """
         from scipy.optimize import linear_sum_assignment
 
@@ -121,11 +134,11 @@ class Known:
 
 
 def attractors(data: xarray.Dataset, point: Ints) -> Words:
-    """Return the name of the attractor of each case, (cases,).
+    """Return the name of the attractor on which each case ends, (cases,).
 
-    Names are ``A1 sustained``, ``A2 divergent``, ...; ``damped`` and ``undecided`` stay
-    as they are, and "" is the name of a case without a regime. Groups of fewer than
-    three starts are added to the nearest attractor.
+    Names are ``A1 sustained``, ``A2 divergent``, ...; a damped or an undecided case has
+    its regime as name, a case without a regime "". Groups of fewer than three starts
+    are added to the nearest attractor.
 
     Parameters
     ----------
@@ -148,9 +161,11 @@ def attractors(data: xarray.Dataset, point: Ints) -> Words:
 def _groups(
     data: xarray.Dataset, word: Words, point: Ints
 ) -> Iterator[tuple[NDArray[np.intp], str, Floats]]:
-    """Yield (cases, regime, their features) for each point of the sweep and regime.
+    """Yield the cases to be clustered: those of one regime at one point of the sweep.
 
-    word, point : regime of each case, and the point to which it belongs, (cases,)
+    Yields (m,), indices of the m cases; their regime; (m, features), in tolerances
+
+    word, point : (cases,), regime of each case, and number of its point of the sweep
     """
     features = {regime: _features(data, own) for regime, own in FEATURES.items()}
     order = np.argsort(point, kind="stable")
@@ -163,10 +178,10 @@ def _groups(
 
 
 def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
-    """Return features of all cases, each divided by its tolerance, (cases, features).
+    """Return the features of all cases, in units of tolerances, (cases, features).
 
-    Features of the centre's motion are 0 for cases without whirl, where they would be
-    round-off.
+    Orbit radius, frequency and sense of whirl are 0 for a case whose centre is at rest,
+    where they would be round-off; the period is 0 for a motion that is not periodic.
     """
     features = [feature for feature in features if feature.name in data]
     found = np.column_stack([feature.of(data) for feature in features])
@@ -181,11 +196,11 @@ def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
 
 
 def clusters(features: Floats) -> Ints:
-    """Return the cluster of each of n points, (n,), numbered from 0 by falling size.
+    """Return the cluster of each of n cases, (n,), numbered from 0 by falling size.
 
     Parameters
     ----------
-    features : (n, d), d features, each in units of its smallest significant difference
+    features : (n, d), d features of each case, in units of tolerances
     """
     count = len(features)
     if count < 2 * FEWEST:
@@ -197,9 +212,12 @@ def clusters(features: Floats) -> Ints:
 
 
 def _parted(features: Floats) -> Ints:
-    """Return the cluster of each of n points, (n,), of the best partition.
+    """Return the cluster of each of n cases, (n,), in the partition of best silhouette.
 
-    All are 0 if no partition counts, see the module; features : (n, d)
+    All are 0, one cluster, if no partition has a mean silhouette above `STRONG` and
+    clusters that differ by more than a tolerance.
+
+    features : (n, d), d features of each case, in units of tolerances
     """
     from scipy.cluster.hierarchy import fcluster, linkage
     from scipy.spatial.distance import pdist, squareform
@@ -223,9 +241,10 @@ def _parted(features: Floats) -> Ints:
 def _gaps(tree: Floats) -> Floats:
     """Return distances at which a linkage tree may be cut into clusters, largest first.
 
-    At such a height both parts are large enough, and the gap between them is more than
-    `WIDER` times any gap inside them. tree : result of
-    `scipy.cluster.hierarchy.linkage`
+    Below such a distance the tree has two branches of at least `FEWEST` cases each, and
+    the gap between them is more than `WIDER` times any gap inside either.
+
+    tree : (n - 1, 4), result of `scipy.cluster.hierarchy.linkage` for n cases
     """
     count = len(tree) + 1
     size = np.concatenate([np.ones(count), tree[:, 3]])
@@ -237,13 +256,15 @@ def _gaps(tree: Floats) -> Floats:
 
 
 def _joined(features: Floats, core: Ints, labels: Ints) -> Ints:
-    """Return the cluster of each of n points, (n,): that of the nearest core point.
+    """Return the clusters of n cases, (n,), after small clusters are dissolved.
+
+    A case outside the large clusters joins the cluster of the nearest case in one.
 
     Parameters
     ----------
-    features : (n, d), d features of all points
-    core : (m,), indices of the m points of large clusters
-    labels : (m,), clusters of the core points
+    features : (n, d), d features of each case
+    core : (m,), indices of the m cases in large clusters
+    labels : (m,), clusters of these m cases
     """
     from scipy.spatial import cKDTree
 
@@ -258,7 +279,7 @@ def _joined(features: Floats, core: Ints, labels: Ints) -> Ints:
 def _differ(features: Floats, labels: Ints) -> bool:
     """Return whether the medians of every two clusters are more than a tolerance apart.
 
-    features, labels : (n, d) in units of tolerances; (n,), cluster of each point
+    features, labels : (n, d), in units of tolerances; (n,), cluster of each case
     """
     middle = np.array([np.median(features[labels == k], axis=0)
                        for k in np.unique(labels)])  # fmt: skip
@@ -267,7 +288,7 @@ def _differ(features: Floats, labels: Ints) -> bool:
 
 
 def silhouette(away: Floats, labels: Ints) -> float:
-    """Return the mean silhouette of two or more clusters.
+    """Return the mean silhouette, -1 to 1, a measure of how well clusters separate.
 
     The silhouette of a point is (b - a) / max(a, b), with a its mean distance to the
     other points of its cluster and b the least of its mean distances to another
@@ -276,8 +297,8 @@ def silhouette(away: Floats, labels: Ints) -> float:
 
     Parameters
     ----------
-    away : (n, n), distances between points
-    labels : (n,), cluster of each point
+    away : (n, n), distances between n points
+    labels : (n,), cluster of each point, of two clusters or more
     """
     known, own = np.unique(labels, return_inverse=True)
     member = own[:, None] == np.arange(len(known))
@@ -295,7 +316,9 @@ def silhouette(away: Floats, labels: Ints) -> float:
 def _by_size(labels: Ints) -> Ints:
     """Return the cluster of each point, renumbered from 0 by falling cluster size.
 
-    Of clusters of equal size the one that occurs first is first. labels : (n,)
+    Of clusters of equal size the one that occurs first gets the lower number.
+
+    labels : (n,), cluster of each point, any numbers
     """
     _, first, own, size = np.unique(
         labels, return_index=True, return_inverse=True, return_counts=True

@@ -1,9 +1,10 @@
 """Basins: the share of starts that end on each motion, and how mixed these starts are.
 
 A start is a set of values of the inputs `STARTS`, which determine how a run begins but
-not the equations of its later motion. If such inputs are drawn by [sample], a basin's
-share has the confidence interval of independent draws; if they are swept, the starts
-form a grid, whose boxes give the basin entropy (Daza, Wagemakers, Georgeot,
+not the equations of its later motion. A point is one combination of the other swept
+inputs, such as speed and gap. If starts are drawn by [sample], a motion's share of the
+starts of a point has the confidence interval of independent draws; if they are swept,
+they form a grid, whose boxes give the basin entropy (Daza, Wagemakers, Georgeot,
 Guéry-Odelin, Sanjuán, Scientific Reports 6, 2016, 31416, doi:10.1038/srep31416).
 """
 
@@ -33,7 +34,7 @@ STARTS = (
     "force", "pulse", "nodal_diameter", "direction", "unbalance_phase", "start_energy",
     "start_modes", "start_draw", "start_as",
 )  # fmt: skip
-# inputs whose values have no order
+# inputs of a start whose values have no order: a box does not span several of them
 APART = ("nodal_diameter", "direction", "start_modes", "start_draw", "start_as")
 BY = ("regime", "attractor")
 BOX = 5  # number of starts along each side of a box, as in Daza et al. 2016
@@ -47,12 +48,12 @@ MEASURES = {
 
 @dataclass(frozen=True)
 class Starts:
-    """The starts of a campaign's cases.
+    """The inputs that set the starts of a campaign's cases, and the point of each case.
 
     Attributes
     ----------
     inputs : names of the inputs that differ between the starts of a point
-    drawn : whether `inputs` were drawn instead of swept
+    drawn : whether `inputs` were drawn by [sample] instead of swept by [sweep]
     swept : names of the other swept inputs
     point : (cases,), number of each case's combination of `swept`, a point of the sweep
     chosen : (cases,), whether a case counts: with method "saltelli" only independent
@@ -67,7 +68,7 @@ class Starts:
 
 
 def starts_of(data: xarray.Dataset) -> Starts:
-    """Return the `Starts` of a campaign's cases: the inputs that differ between them.
+    """Return which inputs set the starts of a campaign's cases, and each case's point.
 
     data : results from `open_results`
 
@@ -105,7 +106,8 @@ def starts_of(data: xarray.Dataset) -> Starts:
 def _points(data: xarray.Dataset, swept: Sequence[str]) -> Ints:
     """Return the number of each case's combination of the inputs `swept`, (cases,).
 
-    Combinations are sorted by the first input, then the next one; texts by occurrence.
+    Combinations are numbered from 0 in ascending order of the first input, then of the
+    next one; texts in the order in which they occur first.
     """
     columns = []
     for name in swept:
@@ -128,8 +130,10 @@ def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.D
     Parameters
     ----------
     data : results from `open_results`, of a campaign whose starts differ
-    by : "regime", or "attractor": the motions that `attractors` distinguishes
-    box : number of starts along each side of a box; always 1 along inputs of `APART`
+    by : what counts as one motion: "regime" (all sustained cases are one), or
+        "attractor" (groups of similar motions, see `attractors`)
+    box : number of starts along each side of a box of the grid, for `basin_entropy`;
+        always 1 along inputs whose values have no order, `APART`
 
     Returns
     -------
@@ -173,14 +177,17 @@ def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.D
 
 
 def with_attractors(data: xarray.Dataset) -> xarray.Dataset:
-    """Return results with the variable `attractor`, see `attractors`."""
+    """Return results with a variable `attractor` over `case`, such as "A1 sustained".
+
+    data : results from `open_results`, of a campaign whose starts differ
+    """
     return data.assign(attractor=("case", attractors(data, starts_of(data).point)))
 
 
 def in_order(word: NDArray[np.str_]) -> list[str]:
-    """Return the names of motions that occur: damped, attractors by number, undecided.
+    """Return the names that occur among motions: damped, A1, A2, ..., undecided.
 
-    word : motion of each case
+    word : (cases,), name of each case's motion from `attractors`
     """
     known = set(word.tolist()) - {""}
     numbered = sorted(known - {*REGIMES}, key=lambda name: int(name.split()[0][1:]))
@@ -190,9 +197,11 @@ def in_order(word: NDArray[np.str_]) -> list[str]:
 
 
 def entropy(count: NDArray[Any]) -> Floats:
-    """Return the entropy -sum p ln p of shares p, given counts along the last axis.
+    """Return the Shannon entropy -sum p ln p, p being the share of each kind of motion.
 
     NaN where all counts are 0.
+
+    count : (..., kinds), number of starts that end on each kind of motion
     """
     from scipy.stats import entropy as of
 
@@ -204,9 +213,17 @@ def entropy(count: NDArray[Any]) -> Floats:
 def _with_medians(
     found: xarray.Dataset, data: xarray.Dataset, word: NDArray[np.str_], starts: Starts
 ) -> xarray.Dataset:
-    """Return a table of attractors, with medians of orbit radius and strongest line.
+    """Return a table of shares with each attractor's medians at each point added.
 
-    found, data, word, starts : the table; results; attractor and start of each case
+    The medians are those of `orbit_radius` and `line_frequency`; NaN where no case of
+    the point ends on the attractor, and for damped and undecided cases.
+
+    Parameters
+    ----------
+    found : table of shares over `point` and `attractor`, from `shares_of`
+    data : results
+    word : (cases,), attractor of each case
+    starts : starts of the cases
     """
     points, kinds = found["point"].to_numpy(), found["attractor"].to_numpy()
     for name in ("orbit_radius", "line_frequency"):
@@ -226,7 +243,10 @@ def _with_medians(
 def _boxed(
     data: xarray.Dataset, starts: Starts, word: NDArray[np.str_], box: int
 ) -> dict[str, Any]:
-    """Return {variable: (points,)}: entropies and number of boxes, `basin_entropy`.
+    """Return the entropies of the grid of starts at each point, and its boxes.
+
+    Returns {"basin_entropy", "boundary_entropy", "boxes": (points,)}, the numbers that
+    `basin_entropy` computes; NaN and 0 boxes at a point whose starts form no grid
 
     word, box : motion of each case; number of starts along each side of a box
     """
@@ -246,9 +266,15 @@ def _boxed(
 def _grid(
     data: xarray.Dataset, inputs: Sequence[str], word: NDArray[np.str_]
 ) -> NDArray[np.str_] | None:
-    """Return the motions from a point's starts as an array; None: starts form no grid.
+    """Return the motions of one point's cases as an array, an axis for each input.
 
-    Each input in `inputs` is an axis; word : motion of each case in `data`
+    None if some combination of the inputs' values has no case, or several.
+
+    Parameters
+    ----------
+    data : results of the cases of one point
+    inputs : names of the inputs that set a start
+    word : (cases,), motion of each case in `data`
     """
     places = [np.unique(data[n].to_numpy(), return_inverse=True) for n in inputs]
     shape = tuple(len(known) for known, _ in places)
@@ -263,7 +289,10 @@ def _grid(
 def basin_entropy(
     motion: NDArray[Any], sides: Sequence[int]
 ) -> tuple[float, float, int]:
-    """Return basin entropy, boundary basin entropy, and number of boxes.
+    """Return basin entropy and boundary basin entropy of a grid of starts, and boxes.
+
+    The grid is cut into boxes of neighbouring starts; S_i is the entropy of the motions
+    in box i.
 
     S_b = (1/N) sum_i S_i over all N boxes, and S_bb = (1/N_b) sum_i S_i over the N_b
     boxes with more than one motion, with S_i = -sum_j p_ij ln p_ij (Daza et al. 2016).
@@ -272,7 +301,8 @@ def basin_entropy(
 
     Parameters
     ----------
-    motion : motions on a grid of starts with any number of axes; "" for none
+    motion : name of the motion on which each start of the grid ends, an axis for each
+        input; "" for none
     sides : number of starts along each side of a box; starts left over at the end of an
         axis belong to no box
 

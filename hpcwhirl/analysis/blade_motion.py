@@ -1,6 +1,6 @@
-"""Blades: amplitude, peak, localisation; their contacts; wear of the casing's layer.
+"""Blades of a run: amplitude, peak, localisation; contacts; wear of the casing's layer.
 
-Contacts tell which blade touched the casing where, when, and how hard.
+Contacts tell which blade touched the casing, where on the casing, when, and how hard.
 """
 
 from __future__ import annotations
@@ -16,11 +16,13 @@ from hpcwhirl.scene import Scene
 
 
 def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
-    """Return the blades' amplitude, peak and localisation; {} with one sample or none.
+    """Return a run's results `blade_amplitude`, `blade_peak` and `localisation`.
 
-    The amplitude is the rms about the mean: it does not depend on whether a sample lies
-    at a crest, and excludes a steady deflection; for harmonic motion it is proportional
-    to the peak. Blades at rest have amplitude 0 and localisation 1.
+    {} with one sample or none. The amplitude, m, is the largest of all blades, of the
+    rms about the mean: it does not depend on whether a sample lies at a crest, and
+    excludes a steady deflection; for harmonic motion it is proportional to the peak.
+    The peak, m, is the largest displacement of a tip in the whole run. Localisation is
+    that of the amplitudes; blades at rest have amplitude 0 and localisation 1.
 
     Parameters
     ----------
@@ -42,7 +44,9 @@ def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
 
 
 def blade_amplitudes(tips: Floats) -> Floats:
-    """Return the rms distance of each of N tips from its mean position, (N,), m.
+    """Return the vibration amplitude of each of N blades, (N,), m.
+
+    It is the rms distance of the tip from its mean position.
 
     Parameters
     ----------
@@ -53,12 +57,17 @@ def blade_amplitudes(tips: Floats) -> Floats:
 
 
 def _squares(tips: Floats) -> Floats:
-    """Return squared magnitudes (n, N), m^2, of N tips' displacements (n, N, 2), m."""
+    """Return the squared magnitude of each displacement of N tips, (n, N), m^2.
+
+    tips : (n, N, 2), m, radial and tangential displacements at n times
+    """
     return np.asarray(tips[..., 0] ** 2 + tips[..., 1] ** 2)
 
 
 def localisation(size: Floats) -> float:
-    """Return the localisation N sum a^4 / (sum a^2)^2 of blade amplitudes a, (N,).
+    """Return how much a motion is concentrated on few blades, 1 to N.
+
+    The localisation of blade amplitudes a, `size` : (N,), is N sum a^4 / (sum a^2)^2.
 
     This is N times the inverse participation ratio of the blades' energies: 1 if all
     blades have equal amplitudes, N if only one blade moves, 1.5 for a standing wave of
@@ -72,14 +81,15 @@ def localisation(size: Floats) -> float:
 
 
 class Touches(NamedTuple):
-    """Contacts of all blades: c entries, each of a blade in a sampling interval.
+    """Contacts of a run: c entries, one for each sampling interval a blade touches in.
 
     Attributes
     ----------
-    time : (c,), s, middle of the interval
-    blade : (c,), 0 .. N - 1, the column of the impulses
-    angle : (c,), rad in [0, 2 pi), position on the casing, static frame
-    impulse : (c,), N s, normal
+    time : (c,), s, middle of the sampling interval
+    blade : (c,), number of the touching blade, 0 .. N - 1; with several contact points
+        per tip, number of the contact point
+    angle : (c,), rad in [0, 2 pi), position of the contact on the casing, static frame
+    impulse : (c,), N s, normal contact force integrated over the sampling interval
     """
 
     time: Floats
@@ -99,10 +109,11 @@ def touches(
     Parameters
     ----------
     time : (n,), s, equally spaced, the first one interval after the start
-    blade_impulse : (n, N), N s, cumulative normal impulse of each column
+    blade_impulse : (n, N), N s, normal impulse of each of N blades, or contact points,
+        summed from the start of the run
     speed : Omega, rad/s
-    angles : (N,), rad, angle at t = 0 of the contact point of each column; None: the
-        columns are blades
+    angles : (N,), rad, angle of each contact point at t = 0; None: the columns of
+        `blade_impulse` are blades, at 2 pi j / N
     """
     if not len(time):
         none = np.zeros(0)
@@ -122,7 +133,10 @@ def touches(
 
 
 def wear_numbers(scene: Scene, layer: Floats) -> dict[str, float | int]:
-    """Return depth, volume, lobes and work of a worn layer, by name; {} without one.
+    """Return the results `wear_*` of the casing's abradable layer; {} without one.
+
+    They are the largest worn depth, m, the worn volume, m^3, the number of lobes of the
+    wear around the casing, and the work of rotation on rods that tips slid onto, J.
 
     layer : (3, M) of M rods around the casing, see `dynamics.history.History`
     """
@@ -138,6 +152,11 @@ def wear_numbers(scene: Scene, layer: Floats) -> dict[str, float | int]:
 
 
 def lobes_of(depth: Floats) -> int:
-    """Return the strongest harmonic >= 1 of worn depth (M,) over the angle; 0: none."""
+    """Return how often wear repeats around the casing: its strongest harmonic >= 1.
+
+    Return 0 where nothing is worn.
+
+    depth : (M,), m, worn depth of each of M rods, at equal angles around the casing
+    """
     sizes = np.abs(np.fft.rfft(depth))[1:]
     return 1 + int(sizes.argmax()) if depth.any() else 0

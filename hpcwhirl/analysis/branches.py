@@ -1,9 +1,10 @@
 """Branches of a campaign with [branch]: where words change, and where branches differ.
 
-Along a branch each case begins with the last state of the case before. Where the word
-changes between two cases, the motion that was followed ends, at a fold or where it
-becomes unstable. If two branches have different words at one point, two motions coexist
-there: hysteresis.
+Along a branch one input, such as the speed, rises or falls from case to case, and each
+case begins with the last state of the case before. Where the word changes between two
+cases, the motion that was followed ends, at a fold or where it becomes unstable. If two
+branches have different words at one point, two motions coexist there: hysteresis. A
+bundle is the set of branches over the same values of all other inputs.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.words import word_of
 from hpcwhirl.store.reading.results_file import Results
 
-ASIDE = ("branch", "history")  # inputs that distinguish the branches of a bundle
+ASIDE = ("branch", "history")  # inputs in which the branches of a bundle differ
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,9 @@ class Branch:
     Attributes
     ----------
     name : up or down, and the value at which the branch begins
-    others : {swept input: value} that the cases share
-    cases : numbers of the cases
-    values : value of the input that varies along the branch, SI, for each case
+    others : {other swept input: its value in all cases of the branch}
+    cases : numbers of the cases in the campaign
+    values : (cases,), value of the input that varies along the branch, SI
     words : word of each case
     radii : orbit radius of each case, m
     """
@@ -52,11 +53,11 @@ class Fold(NamedTuple):
 
     Attributes
     ----------
-    branch : the branch
-    last, first : values of the last case with a word, and of the next case, which has
-        another word
+    branch : branch on which the word changes
+    last, first : values of the varied input in the last case before the change and in
+        the first case after it, SI
     word, following : words of these two cases
-    radius : orbit radius of the case at `last`, m
+    radius : orbit radius of the case before the change, m
     """
 
     branch: Branch
@@ -68,7 +69,9 @@ class Fold(NamedTuple):
 
 
 def varied_by(results: Results) -> str:
-    """Return the full name of the input that varies along the branches of a campaign.
+    """Return the full name of the input that varies along branches, such as "speed".
+
+    results : results of a campaign with [branch]
 
     Raises
     ------
@@ -84,9 +87,10 @@ def varied_by(results: Results) -> str:
 
 
 def aside_of(results: Results) -> tuple[str, str]:
-    """Return short names of the two inputs that differ within a bundle of branches.
+    """Return "branch" and the short name of the input that varies along branches.
 
-    These inputs are `branch` and the input that varies along branches.
+    The name of a figure of a bundle of branches leaves these two inputs out, since they
+    differ between the cases that the figure shows.
     """
     return "branch", varied_by(results).rsplit(".", 1)[-1]
 
@@ -94,8 +98,8 @@ def aside_of(results: Results) -> tuple[str, str]:
 def bundles_of(results: Results) -> list[list[int]]:
     """Return the numbers of the finished cases of each bundle of branches.
 
-    The branches of a bundle differ only in direction and in the value at which they
-    begin.
+    The branches of a bundle have the same values of all other inputs: they differ only
+    in direction and in the value at which they begin.
     """
     done, bundles = {*results.finished()}, dict[str, list[int]]()
     for branch in branches_of(results)[1]:
@@ -109,7 +113,7 @@ def branches_of(
 ) -> tuple[str, list[Branch]]:
     """Return (full name of the input that varies along branches, the branches).
 
-    only : cases whose branches are returned; None: all branches
+    only : numbers of cases: only branches that contain one of them; None: all branches
 
     Raises
     ------
@@ -149,10 +153,10 @@ def folds_of(branch: Branch) -> list[Fold]:
 
 
 def words_apart(branches: Sequence[Branch]) -> tuple[int, int]:
-    """Return numbers of points: with several words, and on several branches.
+    """Return at how many points branches have different words, and how many they share.
 
-    A point is a value of the input that varies along branches, with given values of the
-    other swept inputs.
+    A point is one combination of all swept inputs, including the one that varies along
+    branches; the second number counts the points that lie on two branches or more.
     """
     points: dict[tuple[str, float], list[str]] = {}
     for branch in branches:

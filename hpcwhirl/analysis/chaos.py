@@ -6,7 +6,9 @@ integrated side by side. At equal intervals the growth of the distance is record
 the twin is moved back to the initial distance along the line between both. Nothing is
 linearised, so that velocity jumps at contacts need no special treatment.
 
-The numbers are measured on a march that continues from the end of a case.
+With `output.chaos`, all numbers are measured on an integration that continues from the
+end of a case for a number of revolutions. The section of a motion is its state once per
+revolution (Poincaré).
 """
 
 from __future__ import annotations
@@ -23,12 +25,12 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.side_by_side import SideBySide
 
 ROUND_OFF = 2.0**-52  # least distance that is not round-off, relative to the motion
-BLOCKS = 10  # blocks of growths whose means give the interval of an exponent
-SHARE = 0.95  # confidence level of the interval
-FEWEST = 2 * BLOCKS  # growths below which there is no interval
+BLOCKS = 10  # blocks of growths; their means give an exponent's confidence interval
+SHARE = 0.95  # confidence level of an exponent's interval
+FEWEST = 2 * BLOCKS  # least number of growths from which an exponent is computed
 LONGEST = 32  # longest period that is searched, revolutions
 RETURNS = 3  # least number of periods that a section must cover
-EXACT = 1e-3  # distance of a return, relative to the size of the motion, taken as 0
+EXACT = 1e-3  # return distance, relative to the size of the motion, taken as 0
 ANGLES = 100  # number of angles c of the 0-1 test
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 DELTA = 1e-9  # distance of twins, relative to the size of the motion
@@ -38,13 +40,19 @@ STILL = 1e-9  # variation of a constant quantity, relative to its largest value
 
 
 class Twins(Protocol):
-    """A reference motion and its twin, which are integrated side by side."""
+    """A reference motion and its twin, a slightly different motion of the same system.
+
+    Both are integrated side by side, to see how fast they separate.
+    """
 
     def advance(self) -> float:
         """Integrate both motions by one interval; return their relative distance."""
 
     def draw(self, factor: float) -> None:
-        """Multiply the difference of the twin from the reference motion by `factor`."""
+        """Move the twin along the line to the reference motion.
+
+        factor : number by which the difference of both is multiplied
+        """
 
 
 class Exponent(NamedTuple):
@@ -52,8 +60,8 @@ class Exponent(NamedTuple):
 
     Attributes
     ----------
-    rate : the exponent, in the unit of 1 / interval
-    error : half the width of the exponent's confidence interval of level `SHARE`
+    rate : the exponent, 1/s, or 1 per interval if `exponent` was given the interval 1
+    error : half the width of its confidence interval of level `SHARE`, same unit
     """
 
     rate: float
@@ -63,15 +71,17 @@ class Exponent(NamedTuple):
 def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
     """Return the growth ln(distance / delta) of twins in each interval, (count,).
 
-    A distance of 0, or below round-off, counts as `ROUND_OFF`, so that the growth is an
-    upper bound then.
+    After each interval the twin is moved back to the distance delta. A distance of 0,
+    or below round-off, counts as `ROUND_OFF`; the growth is then an upper bound.
 
     Parameters
     ----------
-    twins : reference and twin, a distance `delta` apart
-    delta : distance relative to the motion's size, above round-off, in the linear range
-    settle : number of intervals before those counted, in which the twin turns into the
-        fastest growing direction
+    twins : reference and twin, a distance delta apart
+    delta : distance relative to the motion's size, well above round-off and so small
+        that the growth does not depend on it
+    count : number of intervals whose growth is returned
+    settle : number of intervals before these, in which the twin turns into the fastest
+        growing direction
     """
     out = np.zeros(settle + count)
     for i in range(len(out)):
@@ -83,7 +93,7 @@ def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
 
 
 def exponent(growth: Floats, interval: float) -> Exponent:
-    """Return the mean of growths as Lyapunov exponent, with its error by batch means.
+    """Return the Lyapunov exponent: mean growth per time, and its error by batch means.
 
     The means of the `BLOCKS` blocks count as independent, so a block must be longer
     than the correlation time of the motion. NaN for fewer than `FEWEST` growths.
@@ -91,7 +101,7 @@ def exponent(growth: Floats, interval: float) -> Exponent:
     Parameters
     ----------
     growth : (n,), result of `growths`
-    interval : length of an interval, s; or 1 for an exponent per interval
+    interval : s, length of an interval; or 1 for an exponent per interval
 
     Source: Schmeiser 1982, Oper. Res. 30:556 (batch means); Student's t
     """
@@ -108,11 +118,12 @@ def exponent(growth: Floats, interval: float) -> Exponent:
 
 
 def returns(section: Floats) -> tuple[int, float]:
-    """Return (n, distance): the period n of a section, and the distance of its returns.
+    """Return the period n of a motion, revolutions, and how well it repeats.
 
-    Every point is compared with the mean of all points that are multiples of n away, so
+    The second number is the return distance: the largest distance of a point of the
+    section from the mean of all points that are multiples of n revolutions away, so
     that a closed curve, on which a point nearly returns, is not taken for a period. n
-    is the smallest period whose distance is at most twice the least distance of all
+    is the smallest period whose return distance is at most twice the least one of all
     periods, plus `EXACT`. Return (0, inf) for fewer than `RETURNS` points.
 
     Parameters
@@ -128,7 +139,10 @@ def returns(section: Floats) -> tuple[int, float]:
 
 
 def _spread(section: Floats, n: int) -> float:
-    """Return the largest distance of points n revolutions apart from their mean.
+    """Return the return distance of a motion if its period is n revolutions.
+
+    It is the largest distance of a point from the mean of all points that are multiples
+    of n revolutions away.
 
     section : (points, m), one point per revolution, as in `returns`
     """
@@ -162,9 +176,11 @@ def zero_one(values: Floats) -> float:
 
 
 def _correlation(values: Floats, c: float) -> float:
-    """Return K_c of the 0-1 test: correlation of mean square displacement with lag.
+    """Return K_c of the 0-1 test for one angle c of the walk, -1 to 1.
 
-    values, c : (N,), one per revolution, mean removed; angle of the walk, rad
+    K_c is the correlation of the walk's mean square displacement M_c(n) with the lag n.
+
+    values, c : (N,), one per revolution, mean removed; rad, angle of the walk
     """
     count, longest = len(values), len(values) // 10
     walk = np.cumsum(values * np.exp(1j * c * np.arange(1, count + 1)))
@@ -183,15 +199,16 @@ def twins_of(
 ) -> SideBySide | None:
     """Return twins that continue from the end of a case; None: no twins are possible.
 
-    The twin is moved back `PARTS` times per revolution, or at each row of evidence.
-    A case has no twins at speed 0, or if only one of several equal sectors is
-    integrated, since a twin could not leave the symmetry.
+    The twin is moved back about `PARTS` times per revolution, after a whole number of
+    rows of evidence. A case has no twins at speed 0, or if only one of several equal
+    sectors is integrated, since a twin could not leave the symmetry.
 
     Parameters
     ----------
     ended : integration of the case, at its end
-    revolutions : number of revolutions of the measurement
-    between : called between slices of the integration
+    revolutions : number of revolutions for which the twins can be integrated
+    between : called between the slices of time in which twins are integrated, such as
+        to look whether the campaign must stop
     """
     speed = abs(ended.scene.speed)
     if ended.lean.model.folds > 1 or speed == 0.0:
@@ -201,9 +218,10 @@ def twins_of(
 
 
 def motion_numbers(twins: SideBySide) -> dict[str, float]:
-    """Integrate twins; return {name: exponent, period or result of the 0-1 test}.
+    """Integrate twins; return exponent, period and result of the 0-1 test by name.
 
-    Return {} if the reference or the twin ends at a limit.
+    Names are those of `numbers_of`. Return {} if the reference or the twin ends early,
+    such as at the amplitude limit.
     """
     settle = int(SETTLE * twins.intervals)
     growth = growths(twins, DELTA, twins.intervals - settle, settle)
@@ -215,7 +233,10 @@ def motion_numbers(twins: SideBySide) -> dict[str, float]:
 
 
 def numbers_of(growth: Floats, interval: float, points: Floats) -> dict[str, float]:
-    """Return {name: exponent, period or result of the 0-1 test}, finite ones only.
+    """Return `exponent`, `period`, `zero_one` and their errors of a motion, by name.
+
+    The errors are `exponent_error` and `return_distance`. Numbers that are not finite
+    are left out.
 
     Parameters
     ----------
@@ -244,14 +265,14 @@ def section_of(judged: Evidence, speed: float, first: int) -> Floats:
     ----------
     judged : evidence of the motion
     speed : rad/s, > 0
-    first : row of evidence with which the section begins
+    first : number of the row of evidence with which the section begins
 
     Returns
     -------
-    (points, m), distance of the centre from the axis, its x and y, and the square roots
-    of the energies of rotor and casing, each divided by its standard deviation in time;
-    constant ones are left out. At whole revolutions the rotating and the static frame
-    agree
+    (points, m), the m columns being the centre's distance from the axis, its x and y,
+    and the square roots of the energies of rotor and casing, each divided by its
+    standard deviation in time; constant ones are left out. At whole revolutions the
+    rotating and the static frame agree
     """
     from scipy.interpolate import CubicSpline  # a slow import, needed only here
 

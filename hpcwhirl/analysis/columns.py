@@ -1,8 +1,8 @@
-"""Evaluation of conditions and expressions over the variables of a results file.
+"""Evaluation of a user's conditions and expressions over the variables of results.
 
-A condition is checked before it is evaluated: operands must be numbers where numbers
-are needed, names must exist, and a variable is compared only with words that it can
-have.
+An example is ``cases --where "regime == divergent and speed > 400"``. A condition is
+checked before it is evaluated: operands must be numbers where numbers are needed, names
+must exist, and a variable is compared only with words that it can have.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     import xarray
 
 WORD = "word"  # variable with a case's regime or, without one, why it has none
-AT_ONCE = 100_000  # number of texts read at a time
+AT_ONCE = 100_000  # number of cases whose texts are read from the file at a time
 Kind = Literal["number", "text", "truth"]
 ORDERED = {"<", "<=", ">", ">="}
 LOGIC = {"and", "or", "not"}
@@ -43,15 +43,16 @@ LOGIC = {"and", "or", "not"}
 
 @dataclass(frozen=True)
 class Source:
-    """Access to the columns that conditions name.
+    """The variables of results that a condition may name, and how they are read.
 
     Attributes
     ----------
-    variable : function from a name as written to a variable of the file; raises
-        InputError
-    column : function from a variable to its values, (cases,), numbers or text
+    variable : function from a name as the user wrote it to the full name of a variable
+        of the results; raises InputError if there is none
+    column : function from a variable's full name to its values, (cases,), numbers or
+        text
     words : {variable: words that it can have}
-    cases : number of cases
+    cases : number of cases in the results
     """
 
     variable: Callable[[str], str]
@@ -61,7 +62,10 @@ class Source:
 
 
 def source_of(data: xarray.Dataset) -> Source:
-    """Return access to the per-case variables of results, and to `word`, by name."""
+    """Return access to all variables with a value per case, and to each case's word.
+
+    data : results from `open_results`; the word has the name `word`
+    """
     known = [str(n) for n, v in data.variables.items() if v.dims == ("case",)]
 
     def variable(name: str) -> str:
@@ -89,7 +93,10 @@ def source_of(data: xarray.Dataset) -> Source:
 
 
 def _texts(variable: xarray.DataArray) -> NDArray[np.object_]:
-    """Return the texts of all cases, (cases,), read in parts to save memory."""
+    """Return a variable of texts as an array, (cases,), read in parts to save memory.
+
+    variable : variable of the results that has a text for each case
+    """
     starts = range(0, max(len(variable), 1), AT_ONCE)
     parts = [variable[start : start + AT_ONCE].to_numpy() for start in starts]
     return np.concatenate(parts)
@@ -98,7 +105,9 @@ def _texts(variable: xarray.DataArray) -> NDArray[np.object_]:
 def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.bool_]:
     """Return for each case whether a condition holds, (cases,).
 
-    option : where the user wrote the condition, for messages
+    text : the condition, such as "regime == divergent"
+    source : variables of the results
+    option : option with which the user wrote the condition, for messages
 
     Raises
     ------
@@ -112,7 +121,9 @@ def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.b
 def numbers(text: str, source: Source, option: str) -> NDArray[np.float64]:
     """Return the value of a numeric expression for each case, (cases,).
 
-    option : where the user wrote the expression, for messages
+    text : the expression, such as "orbit_radius/gap"
+    source : variables of the results
+    option : option with which the user wrote the expression, for messages
 
     Raises
     ------
@@ -134,20 +145,25 @@ def _evaluated(text: str, source: Source, wanted: Kind, option: str) -> Any:
 
 
 def _plain(column: NDArray[Any]) -> NDArray[Any]:
-    """Return a column as texts or as floats; integers could overflow in expressions."""
+    """Return a variable's values as they are if texts, else as floats.
+
+    Integers could overflow in expressions; column : (cases,)
+    """
     return column if is_text(column) else column.astype(float)
 
 
 @dataclass(frozen=True)
 class _Part:
-    """A subexpression, or a leaf: a number, a name or a quoted word.
+    """A subexpression of a condition, and the kind of value that it gives.
+
+    A leaf is a subexpression without operands: a number, a name or a quoted word.
 
     Attributes
     ----------
-    kind : "number", "text" or "truth"
-    text : the subexpression as it was written
-    at : index of a leaf's step in the program; -1 if the part is no leaf
-    variable : variable that a name stands for; "" for none
+    kind : kind of its value: "number", "text" or "truth"
+    text : the subexpression as the user wrote it
+    at : index of a leaf's step in the program; -1 if it is no leaf
+    variable : variable of the results that a name stands for; "" for none
     bare : name that is no variable and may be an unquoted word; else ""
     word : name or word of a leaf
     """
@@ -161,7 +177,10 @@ class _Part:
 
 
 class _Check:
-    """Check of a parsed condition, whose names become variables or words."""
+    """Check of a parsed condition, which resolves its names to variables or words.
+
+    A name becomes the full name of a variable if there is one, else an unquoted word.
+    """
 
     def __init__(self, program: Program, source: Source) -> None:
         self.steps = list(program)
@@ -170,7 +189,7 @@ class _Check:
     def named(self, wanted: Kind) -> Program:
         """Return the program with each name resolved to a variable or a word.
 
-        wanted : "truth" or "number", what the condition must give; else InputError
+        InputError if it gives another kind of value than `wanted`: "truth" or "number".
         """
         stack: list[_Part] = []
         for at, step in enumerate(tuple(self.steps)):
@@ -221,7 +240,11 @@ class _Check:
                 self._equal(a, b)
 
     def _equal(self, a: _Part, b: _Part) -> None:
-        """Check operands of == or !=; turn a name into a word of the other operand."""
+        """Check that the operands of == or != are both numbers or both texts.
+
+        A name that is a word of the other operand, as in ``regime == damped``, becomes
+        that word; a word that the other operand cannot have is refused.
+        """
         a, b = self._as_word(a, b), self._as_word(b, a)
         texts = [part.kind == "text" for part in (a, b)]
         if texts[0] != texts[1] or (not a.variable and not b.variable and texts[0]):
@@ -234,9 +257,9 @@ class _Check:
                 raise unknown(one.variable, other.word, allowed)
 
     def _as_word(self, part: _Part, beside: _Part) -> _Part:
-        """Return a name as a word if the variable on the other side can have it.
+        """Return a name as a quoted word if the variable compared with it can have it.
 
-        part, beside : the name; the other side of the comparison
+        part, beside : operand that may be a name; operand on the other side of == or !=
         """
         if not part.variable or part.word not in self.source.words.get(
             beside.variable, ()

@@ -1,4 +1,8 @@
-"""Critical speeds by linear modal coincidence, Eq. (13), and super-harmonics."""
+"""Critical speeds, where waves of rotor and casing coincide: Eq. (13), super-harmonics.
+
+Waves of the same nodal diameter k travel together if their frequencies agree in one
+frame. Frequencies are those of linear modes without contact.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +23,7 @@ from hpcwhirl.reduction.modes import ModalModel, SpinBlock
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.waves import wave_roots
 
-REACH = 3.0  # ratio of the highest speed searched to Eq. 13 with frequencies at rest
+REACH = 3.0  # highest speed searched / critical speed by frequencies at rest
 POINTS = 61  # number of speeds between which crossings are searched
 
 
@@ -38,7 +42,7 @@ def critical_speeds(
 
     Returns
     -------
-    records of nodal_diameter, order and speed (rad/s), by diameter then order;
+    dicts of nodal_diameter, order n and speed (rad/s), sorted by diameter, then order;
     none for k = 0, and none for a diameter that one body lacks
     """
     return [
@@ -68,7 +72,8 @@ def critical_of_waves(
 
     Returns
     -------
-    records like those of `critical_of_families`
+    dicts of nodal_diameter, order n, speed (rad/s) and family of the rotor's wave,
+    sorted by diameter, order, speed
     """
     rows: list[dict[str, Any]] = []
     for piece in model.spin.waves if model.spin else ():
@@ -96,9 +101,15 @@ def critical_of_waves(
 def _crossings(
     line: Callable[[float], float], levels: Sequence[float], top: float
 ) -> dict[int, float]:
-    """Return {n: lowest speed, rad/s, at which `line` rises through the n-th level}.
+    """Return {n: lowest speed, rad/s, at which a frequency rises through level n}.
 
-    line : function of the speed; top : rad/s, end of the search from 0
+    A level that is not reached is left out.
+
+    Parameters
+    ----------
+    line : function from the speed, rad/s, to the frequency, rad/s
+    levels : rad/s, levels 1, 2, ...
+    top : rad/s, speed at which the search ends; it begins at 0
     """
     speeds = np.linspace(0.0, top, POINTS)
     values = np.array([line(speed) for speed in speeds])
@@ -117,9 +128,11 @@ def _above(line: Callable[[float], float], level: float, speed: float) -> float:
 
 
 def critical_of_families(table: list[Line], orders: int = 1) -> list[dict[str, Any]]:
-    """Return the critical speeds of the rotor's `moving_families` with the casing's 1F.
+    """Return the critical speeds of a rotor whose frequencies do not depend on speed.
 
-    Super-harmonics (n > 1) are listed for 1F only.
+    They are the speeds of Eq. (13) at which the rotor's 1F, or a family that moves the
+    shaft, coincides with the casing's 1F. Super-harmonics (n > 1) are listed for the
+    rotor's 1F only.
 
     Parameters
     ----------
@@ -128,7 +141,8 @@ def critical_of_families(table: list[Line], orders: int = 1) -> list[dict[str, A
 
     Returns
     -------
-    records of `critical_speeds` with their family, by diameter, order and speed
+    dicts of nodal_diameter, order n, speed (rad/s) and family of the rotor's mode,
+    sorted by diameter, order, speed
     """
     casing = first_family(table, "casing")
     rows: list[dict[str, Any]] = [
@@ -142,8 +156,9 @@ def critical_of_families(table: list[Line], orders: int = 1) -> list[dict[str, A
 def coincidences(
     rotor: Mapping[int, float], casing: Mapping[int, float], orders: int = 1
 ) -> list[dict[str, float | int]]:
-    """Return the speeds > 0 with n omega_c = |k Omega +- omega_bd|.
+    """Return all speeds > 0 at which a rotor's wave excites a mode of the casing.
 
+    Their condition is n omega_c = |k Omega +- omega_bd|; Eq. (13) is one of its cases.
     In the casing's frame the rotor's waves have frequencies k Omega + omega_bd (wave
     with the rotation) and k Omega - omega_bd (wave against it). side = -1 is
     Omega = (omega_bd + n omega_c) / k, Eq. (13) for n = 1: seen from the casing the
@@ -157,7 +172,7 @@ def coincidences(
 
     Returns
     -------
-    records of nodal_diameter, order, side and speed (rad/s)
+    dicts of nodal_diameter, order n, side and speed (rad/s)
     """
     out: list[dict[str, float | int]] = []
     for k in sorted(rotor.keys() & casing.keys() - {0}):

@@ -1,4 +1,7 @@
-"""Edge tracking in any system: the motion on the boundary between two basins.
+"""Edge tracking in any dynamic system: the motion on the boundary between two basins.
+
+The basin of a motion is the set of states from which the system ends on it. A stride is
+the time by which the system is integrated at once.
 
 Two states on different sides of the boundary are bisected along the straight line
 between them until they are near each other. Both are then integrated; while they stay
@@ -29,27 +32,40 @@ class LostEdgeError(WhirlError):
 
 
 class Motions(Protocol[State]):
-    """A system whose states can be blended, compared and integrated."""
+    """A dynamic system whose states can be interpolated, compared and integrated."""
 
     def between(self, low: State, high: State, share: float) -> State:
-        """Return low + share (high - low) of two simultaneous states."""
+        """Return the state low + share (high - low) on the line through two states.
+
+        low, high, share : two states at the same time; number, also below 0 or above 1
+        """
 
     def distance(self, low: State, high: State) -> float:
-        """Return the distance of two states, relative to their size."""
+        """Return the distance of two simultaneous states, relative to their size."""
 
     def ahead(self, state: State) -> State | None:
-        """Return the state one stride of time later; None if the motion has ended."""
+        """Integrate the system from a state by one stride; return the state reached.
+
+        None if the motion ends before, such as at the amplitude limit.
+        """
 
     def side(self, state: State) -> int:
         """Return on which side of the boundary a state is: `LOW`, `HIGH`, or `OPEN`.
 
-        It is determined by where the motion from the state ends; `OPEN`: not known.
+        The motion from the state is integrated until it shows on which of two motions
+        it ends, such as damped or sustained; `OPEN`: that is not known.
         """
 
 
 @dataclass(frozen=True)
 class Pair(Generic[State]):
-    """Two states on different sides of a basin's boundary, and their distance."""
+    """Two simultaneous states on different sides of the boundary of a basin.
+
+    Attributes
+    ----------
+    low, high : state on the side LOW, and on the side HIGH
+    distance : their distance, relative to their size
+    """
 
     low: State
     high: State
@@ -62,13 +78,13 @@ class Tracked(Generic[State]):
 
     Attributes
     ----------
-    pieces : states of the lower side, a stride apart, from one bisection to the next; a
-        piece begins near the end of the one before it, but not exactly there
-    last : the last pair of states
-    rate : mean rate, per stride, at which the two sides separate, from the later half
-        of each piece, since in the earlier half differences along the boundary also
-        decay
-    halvings : number of bisections
+    pieces : states on the side LOW, a stride apart, from one bisection of the pair to
+        the next; a piece begins near the end of the one before it, not exactly there
+    last : pair of states at the end
+    rate : mean exponential rate, per stride, at which the states of a pair separate;
+        from the later half of each piece, since in the earlier half differences along
+        the boundary also decay
+    halvings : number of times that the distance of a pair was halved
     widened : number of times that the pair had to be widened to contain the boundary
         again
     """
@@ -89,16 +105,17 @@ class _Count:
 def bisect(
     motions: Motions[State], low: State, high: State, near: float
 ) -> tuple[Pair[State], int]:
-    """Return a pair of states nearer to the boundary, and the number of bisections.
+    """Return a pair of states, brought nearer to each other, and how often bisected.
 
-    They stay farther apart than `near` if the side of a middle state is unknown,
-    or if bisection does not bring the states nearer to each other.
+    The state halfway between both replaces the one on its side of the boundary. The
+    states stay farther apart than `near` if the side of a middle state is unknown, or
+    after `HALVED` bisections.
 
     Parameters
     ----------
     motions : the system
     low, high : states on the sides LOW and HIGH, without check
-    near : distance at which bisection ends
+    near : distance, relative to the states' size, at which bisection ends
     """
     apart, made = motions.distance(low, high), 0
     while apart > near and made < HALVED:
@@ -120,15 +137,16 @@ def track(
     far: float = 1e-3,
     tell: Callable[[int], None] | None = None,
 ) -> Tracked[State]:
-    """Return a motion along the boundary between two states.
+    """Follow the motion on the boundary between two basins, and return it.
 
     Parameters
     ----------
     motions : the system
     ends : a state on the side LOW and one on HIGH, at the same time
     strides : number of strides for which the motion is followed
-    near, far : distance at which bisection ends, and at which a pair is bisected again
-    tell : called with the number of strides so far
+    near, far : distance of two states, relative to their size, at which bisection ends,
+        and beyond which they are bisected again
+    tell : called with the number of strides so far, to show progress
 
     Raises
     ------
@@ -170,7 +188,8 @@ def _shadow(
 
     Returns
     -------
-    states of the lower side, distances, and the last pair
+    states on the side LOW, a stride apart; distances of the pair at these times; and
+    the pair at the end
     """
     path, apart = [pair.low], [pair.distance]
     while len(path) == 1 or (len(path) <= strides and pair.distance <= far):
@@ -186,10 +205,14 @@ def _shadow(
 def _held(
     motions: Motions[State], pair: Pair[State], count: _Count, most: float
 ) -> Pair[State]:
-    """Return a pair of states, widened until the boundary is between them.
+    """Return a pair of states with the boundary between them.
 
-    count, most : counter of widenings; largest distance, beyond which, or after
-        `WIDENED` times, LostEdgeError is raised
+    If both have come to one side, the pair is widened along the line through both until
+    the boundary is between them again.
+
+    count : counter of widenings, which is increased
+    most : largest distance of the pair, relative to the states' size; LostEdgeError is
+        raised beyond it, or after `WIDENED` widenings
     """
     for _ in range(WIDENED):
         sides = motions.side(pair.low), motions.side(pair.high)

@@ -75,8 +75,9 @@ class Step:
 
     Attributes
     ----------
-    does : "number", "word", "name", or an operation: "negative", "not", "and", "or",
-        "compare", "in", "+", "-", "*", "/" or a function
+    does : what is pushed: "number", "word" or "name" (a leaf); or the operation applied
+        to operands: "negative", "not", "and", "or", "compare", "in", "+", "-", "*", "/"
+        or a function
     parts : number of operands; 0 for a leaf
     value : number, word or name of a leaf; for a comparison its signs, one fewer than
         operands, separated by spaces
@@ -99,12 +100,13 @@ class _Token:
 
 @cache
 def parse(text: str) -> tuple[Step, ...]:
-    """Return the program, a tuple of steps, of a condition or a numeric expression.
+    """Return a condition or numeric expression as a program, the steps that compute it.
 
     Raises
     ------
     InputError
-        if the text does not follow this grammar, is too long or nested too deeply
+        if the text does not follow this module's grammar, or is too long or nested too
+        deeply
     """
     if len(text) > LONGEST:
         msg = f"a condition has at most {LONGEST} characters, got {len(text)}"
@@ -120,7 +122,7 @@ def parse(text: str) -> tuple[Step, ...]:
 
 
 class _NoneError(Exception):
-    """Raised where the text of a condition does not follow the grammar."""
+    """The text of a condition does not follow the grammar; the message tells why."""
 
 
 def _refuse(why: str) -> NoReturn:
@@ -144,7 +146,11 @@ def _tokens(text: str) -> list[_Token]:
 
 
 class _Parser:
-    """Recursive-descent parser; the method of a grammar rule appends its steps."""
+    """Recursive-descent parser of a condition, with a method for each grammar rule.
+
+    The method of a rule reads tokens that follow the rule, and appends the steps that
+    compute them to the program.
+    """
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -182,7 +188,7 @@ class _Parser:
         self.steps.append(Step(does, parts, value, self.text[start:end]))
 
     def end(self) -> None:
-        """Refuse text after the end of the condition."""
+        """Raise an error if the condition's text goes on after it is complete."""
         if self._next.kind != "end":
             _refuse(f"'{self._next.value}' is not expected there")
 
@@ -242,7 +248,7 @@ class _Parser:
     def _list(self, part: Callable[[], None], closing: str) -> int:
         """Read a bracketed list separated by commas; return the number of its elements.
 
-        part, closing : parser of an element; name of what must follow, for messages
+        part, closing : method that reads an element; bracket that must end the list
         """
         self.depth += 1
         if self.depth > DEEPEST:
@@ -314,12 +320,15 @@ def _quotient(over: Any, under: Any) -> Any:
 
 
 def is_text(value: Any) -> bool:
-    """Return whether a value is a word, or an array of words."""
+    """Return whether an operand of a condition is a text, or an array of texts."""
     return isinstance(value, str) or np.asarray(value).dtype.kind in "OUS"
 
 
 def equal(a: Any, b: Any) -> Any:
-    """Return whether two words are the same, or numbers agree to nine digits."""
+    """Return the value of a == b in a condition: a truth value, or an array of them.
+
+    Words must be the same; numbers must agree to nine digits.
+    """
     if is_text(a) or is_text(b):
         return a == b
     return np.equal(a, b) | (abs(a - b) <= SAME * abs(b)) & np.isfinite(b)
@@ -341,18 +350,18 @@ MEANING: dict[str, Callable[..., Any]] = {
 
 
 def names_in(program: Program) -> set[str]:
-    """Return the names of variables or words that occur in a program."""
+    """Return the names of variables, and unquoted words, in a parsed condition."""
     return {str(step.value) for step in program if step.does == "name"}
 
 
 def value_of(program: Program, known: Mapping[str, Any]) -> Any:
-    """Return the value of a program: a number, a truth value, or an array of either.
+    """Return the value of a condition or expression: number, truth, or array of either.
 
     Parameters
     ----------
-    program : result of `parse`
-    known : {name: number, word or truth value, or an array of these}; a name that is
-        missing stands for itself as a word
+    program : the parsed condition, result of `parse`
+    known : {name of a variable: its number, word or truth value, or an array of these};
+        a name that is missing counts as a word, as `damped` in ``regime == damped``
     """
     stack: list[Any] = []
     for step in program:
@@ -377,6 +386,6 @@ def _apply(step: Step, parts: list[Any]) -> Any:
 
 @cache
 def asker(text: str) -> Callable[[Mapping[str, Any]], Any]:
-    """Return the function that evaluates a condition, given {name: value}."""
+    """Return a function that evaluates a condition from {name of a variable: value}."""
     program = parse(text)
     return lambda known: value_of(program, known)

@@ -1,14 +1,14 @@
 """Safe ranges of an input, in which all cases are damped, and first cases not damped.
 
-Cases that differ in only one swept input form a line. A safe range is an unbroken run
-of damped cases on a line; its boundary lies between its last case and the next case,
-which has another word. Nothing is known between cases: twins and refinement show how
-far a range can be trusted.
+Cases that differ in only one swept input form a line, in ascending order of this input.
+A safe range is an unbroken sequence of damped cases on a line; its boundary lies
+between its last case and the next case, which has another word. Nothing is known
+between cases: twins and refinement show how far a range can be trusted.
 
-A pulse is safe only if all weaker pulses that were tried are damped, too. So along each
-line only the run of damped cases counts that begins at the least value. Words may
-change more than once; the number of changes is given. `working_point` lists the safe
-ranges of every swept input around one point.
+A pulse is safe only if all weaker pulses that were tried are damped, too. So
+`first_changes` counts on each line only the damped cases up to the first one that is
+not damped. Words may change more than once; the number of changes is given.
+`working_point` lists the safe ranges of every swept input around one point.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ class Line(NamedTuple):
 
     Attributes
     ----------
-    fixed : {other swept input: value}
-    values : (n,), values of the input
+    fixed : {other swept input: its value in all cases of the line}
+    values : (n,), values of the input that differs
     words : (n,), word of each case; with twins, that of the majority, or "unsure"
-    share : (n,), share of damped twins; NaN without twins
+    share : (n,), share of a case's twins that are damped; NaN without twins
     """
 
     fixed: dict[str, Any]
@@ -53,7 +53,9 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True)
 class SafeRange:
-    """A run of damped cases on a line; if empty, `cases` is 0 and numbers are NaN.
+    """An unbroken sequence of damped cases on a line of cases.
+
+    On a line without damped cases `cases` is 0 and the other numbers are NaN.
 
     Attributes
     ----------
@@ -62,7 +64,7 @@ class SafeRange:
     below, above : its value in the adjacent cases, not damped; NaN where the sweep ends
     word_below, word_above : words of these adjacent cases; "" where the sweep ends
     cases : number of damped cases
-    share : least share of damped twins of any case; NaN if no case has twins
+    share : smallest share of damped twins among its cases; NaN if no case has twins
     """
 
     fixed: dict[str, Any]
@@ -76,10 +78,13 @@ class SafeRange:
     share: float
 
     def distance(self, value: float) -> float:
-        """Return the distance of an input's value to the range's boundary; < 0 outside.
+        """Return how far a value of the input lies inside the safe range; < 0: outside.
 
         Inside, it is the distance to the nearest end beyond which a case is not damped:
-        infinite if neither end has such a case. NaN if the range is empty.
+        infinite if neither end has such a case. Outside, it is minus the distance to
+        the nearer end. NaN if the range is empty.
+
+        value : value of the input, SI
         """
         if not self.cases:
             return float("nan")
@@ -94,7 +99,7 @@ class SafeRange:
 def safe_ranges(
     data: xarray.Dataset, over: str = "speed", sure: float = 0.0
 ) -> list[SafeRange]:
-    """Return the safe ranges of a campaign's results, line by line.
+    """Return the ranges of an input in which all cases of a line are damped.
 
     With [twins], a case counts as damped if most of the case and its twins are damped.
 
@@ -106,9 +111,9 @@ def safe_ranges(
 
     Returns
     -------
-    list of SafeRange, sorted by the other swept inputs; a line without damped cases has
-    one empty range. For a refined campaign only lines that span the whole sweep of
-    `over`
+    safe ranges of all lines, sorted by the other swept inputs; a line without damped
+    cases has one empty range. Of a refined campaign only lines that span the whole
+    sweep of `over` count
 
     Raises
     ------
@@ -120,7 +125,7 @@ def safe_ranges(
 
 
 def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
-    """Return a campaign's lines: cases that differ in the input `over` only.
+    """Return a campaign's lines of cases, which differ only in the input `over`.
 
     Parameters are those of `safe_ranges`.
     """
@@ -146,9 +151,10 @@ def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
 
 
 def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64]]:
-    """Return each case's word (with twins, the majority's) and share of damped twins.
+    """Return each case's word, (cases,), and the share of its twins that are damped.
 
-    A damped case whose share of damped twins is below `sure` has the word "unsure".
+    A case with twins has the word of most of them. A damped case whose share is below
+    `sure` has the word "unsure"; a case without twins has the share NaN.
 
     data : results of `open_results`
     """
@@ -163,9 +169,11 @@ def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64
 
 
 def _fixed(data: xarray.Dataset, over: str, swept: list[str]) -> list[str]:
-    """Return the swept inputs that are constant along lines of cases over `over`.
+    """Return the names of the swept inputs that are constant along a line of cases.
 
-    Inputs that are functions of `over` are left out; swept : all swept inputs
+    over : name of the input that differs between the cases of a line; inputs that were
+        swept as functions of it are left out, too
+    swept : names of all swept inputs
     """
     return [n for n in swept if n != over and not follows(data, n, over)]
 
@@ -173,15 +181,15 @@ def _fixed(data: xarray.Dataset, over: str, swept: list[str]) -> list[str]:
 def _lines(
     data: xarray.Dataset, fixed: list[str], values: NDArray[Any]
 ) -> list[tuple[dict[str, Any], NDArray[np.intp]]]:
-    """Return ({fixed input: value}, indices of its cases) of each line of cases.
+    """Return each line of cases: {fixed input: its value}, and (n,), indices of cases.
 
-    Lines that do not span the whole sweep are left out.
+    Lines that do not reach from the least to the largest value are left out.
 
     Parameters
     ----------
-    data : results
-    fixed : inputs that are constant along a line
-    values : (cases,), values of the input along the lines
+    data : results from `open_results`
+    fixed : names of the inputs that are constant along a line
+    values : (cases,), each case's value of the input that differs along lines
     """
     columns = [data[n].to_numpy().tolist() for n in fixed]
     keys = list(zip(*columns, strict=True)) if fixed else [()] * len(values)
@@ -202,9 +210,9 @@ def _ranges(
     words: Texts,
     share: NDArray[np.float64],
 ) -> list[SafeRange]:
-    """Return the safe ranges, runs of damped cases, of a line of n cases.
+    """Return the safe ranges, unbroken sequences of damped cases, of a line of n cases.
 
-    values, words, share : (n,), of the input, ascending; word and share of damped twins
+    Parameters are the attributes of `Line`.
     """
     safe = np.concatenate([[False], words == SAFE, [False]])
     runs = np.flatnonzero(safe[1:] != safe[:-1]).reshape(-1, 2)
@@ -230,14 +238,14 @@ def _ranges(
 
 @dataclass(frozen=True)
 class FirstChange:
-    """The end of the damped cases, from the least value of an input upward.
+    """Where a line of cases, followed from the least value upward, stops being damped.
 
     Attributes
     ----------
-    fixed : {swept input: value} of the line
+    fixed : {other swept input: its value in all cases of the line}
     safe : largest value up to which all cases are damped; NaN if the first case is not
-    unsafe : value of the next case, which is not damped; NaN if all are damped
-    word : word of that case; "" if all are damped
+    unsafe : value of the next case, which is not damped; NaN if all cases are damped
+    word : word of the case at `unsafe`; "" if all cases are damped
     changes : number of changes between damped and not damped along the whole line
     """
 
@@ -248,7 +256,7 @@ class FirstChange:
     changes: int
 
     def times(self, value: float) -> str:
-        """Return the values that enclose the change, as text in multiples of `value`.
+        """Return `safe` and `unsafe` in multiples of `value`, as text for a user.
 
         Examples are ``1.7 to 1.75``, ``>= 3`` if there is no change, or ``< 0.5`` if
         the first case is not damped.
@@ -263,7 +271,7 @@ class FirstChange:
 def first_changes(
     data: xarray.Dataset, over: str = "force", sure: float = 0.0
 ) -> list[FirstChange]:
-    """Return the `FirstChange` along an input on each line of cases.
+    """Return up to which value of an input all cases are damped, on each line of cases.
 
     Parameters
     ----------
@@ -293,12 +301,12 @@ def _first(line: Line) -> FirstChange:
 
 @dataclass(frozen=True)
 class Along:
-    """The safe range around a point along one input.
+    """The safe range of one input around a working point.
 
     Attributes
     ----------
     name, value : the input, and its value at the point
-    found : the safe range that contains the value, or the nearest one
+    found : the safe range that contains the value, or else the one nearest to it
     """
 
     name: str
@@ -309,15 +317,15 @@ class Along:
 def working_point(
     data: xarray.Dataset, point: Mapping[str, float], sure: float = 0.0
 ) -> list[Along]:
-    """Return the safe range around a point along each of its inputs.
+    """Return the safe range around a working point along each of its inputs.
 
-    Each range is taken on the line that is nearest to the point in the other inputs,
-    measured in parts of their spans.
+    Each range is taken on the line of cases that is nearest to the point in the other
+    inputs; distances are in units of an input's swept span.
 
     Parameters
     ----------
     data : results from `open_results`
-    point : {swept input of numbers: value}
+    point : the working point, {swept numeric input: value}
     sure : least share of damped twins with which a case counts as damped
 
     Raises
@@ -350,9 +358,11 @@ def _depth(found: SafeRange, value: float) -> float:
 def _away(
     data: xarray.Dataset, fixed: Mapping[str, Any], point: Mapping[str, float]
 ) -> float:
-    """Return the distance of a line from a point, in units of the inputs' spans.
+    """Return the distance of a line of cases from a point.
 
-    fixed, point : {input: value} that is constant along the line; {input: value}
+    It is the sum over numeric inputs of |difference| / swept span.
+
+    fixed, point : {input: its value along the line}; {input: its value at the point}
     """
     away = 0.0
     for name in fixed.keys() & point.keys():

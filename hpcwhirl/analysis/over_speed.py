@@ -1,8 +1,9 @@
-"""Words of a run whose speed or gap changes, by windows of its time.
+"""Words of a run whose speed or gap changes, for successive windows of its time.
 
-A window is judged like the last 40 % of a run at the window's mean speed and gap:
-`regimes.evidence` reduces it to the same numbers, and the same rules give its words.
-Successive windows with the same words are joined to one interval.
+The run is divided into equal windows. Each is judged like the last 40 % of a run at the
+window's mean speed and gap: `regimes.evidence` reduces it to the same numbers, and the
+same rules give its words. Neighbouring windows with the same words are joined to one
+interval.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from hpcwhirl.scene import Scene
 
 USUAL = Thresholds()
 FEWEST = 4 * BLOCKS  # least number of rows of evidence in a window
-LOOKS = 4096  # number of times between which crossings of a speed are searched
+LOOKS = 4096  # number of times of a run between which crossings are searched
 
 
 class Spell(NamedTuple):
@@ -39,9 +40,10 @@ class Spell(NamedTuple):
 
     Attributes
     ----------
-    begin, end : s
+    begin, end : s, times at which the interval begins and ends
     first, last : rad/s, speeds at `begin` and at `end`
-    regime, whirl : words of the interval; where it has no regime, its outcome instead
+    regime, whirl : words in the interval; instead of the regime its outcome, such as
+        unstable, if it has none
     """
 
     begin: float
@@ -53,7 +55,11 @@ class Spell(NamedTuple):
 
 
 def words_over_speed(case: Case, history: History) -> list[Spell]:
-    """Return the words of a run in windows of equal time, equal neighbours joined."""
+    """Return the intervals of a run in which its words do not change, in time order.
+
+    case : the case, whose `output.windows` is the largest number of windows
+    history : motion of the whole run
+    """
     rows = len(history.judged.time)
     count = max(1, min(case.scene.output.windows, rows // FEWEST))
     ends = np.linspace(0.0, history.end, count + 1).tolist()
@@ -69,7 +75,10 @@ def words_over_speed(case: Case, history: History) -> list[Spell]:
 
 
 def _words(case: Case, history: History, begin: float, end: float) -> tuple[str, str]:
-    """Return (regime or outcome, whirl) of a run's window between two times, s."""
+    """Return the words of one window of a run: its regime, or else outcome; its whirl.
+
+    begin, end : s, of the window
+    """
     start = max(end - (end - begin) / STEADY_SHARE, 0.0)
     part, last = between(history, start, end), end >= history.end
     angles = np.asarray(angle_at(case.scene, part.judged.time + start))
@@ -80,10 +89,13 @@ def _words(case: Case, history: History, begin: float, end: float) -> tuple[str,
 
 
 def _held(case: Case, begin: float, end: float, start: float) -> Scene:
-    """Return the scene by which a window is judged: mean speed and gap, constant.
+    """Return the case's scene with the constant speed and gap of one window.
+
+    They are the mean speed over the window, and the gap at its middle. Of the pulse
+    only the part after `start` remains.
 
     begin, end : s, of the window
-    start : s, time from which evidence is taken; of the pulse only the rest counts
+    start : s, beginning of the evidence by which the window is judged
     """
     scene, middle = case.scene, 0.5 * (begin + end)
     schedule = schedule_of(scene, case.model)
@@ -102,9 +114,10 @@ def _held(case: Case, begin: float, end: float, start: float) -> Scene:
 
 
 def told_over_speed(spells: list[Spell]) -> str:
-    """Return intervals as one line: ``0..0.5 s 100..150 rad/s damped none; ...``.
+    """Return intervals as the text of a case's result `words_over_speed`.
 
-    The last two texts of each are its regime and its whirl.
+    An example is ``0..0.5 s 100..150 rad/s damped none; ...``: times, speeds, regime
+    and whirl of each interval.
     """
     return "; ".join(
         f"{one.begin:.4g}..{one.end:.4g} s {one.first:.5g}..{one.last:.5g} rad/s "
@@ -114,7 +127,10 @@ def told_over_speed(spells: list[Spell]) -> str:
 
 
 def spells_of(told: str) -> list[Spell]:
-    """Return the intervals that a line of `told_over_speed` lists."""
+    """Return the intervals in the text of a case's result `words_over_speed`.
+
+    told : text from `told_over_speed`, or ""
+    """
     out = []
     for part in told.split("; ") if told else []:
         times, _, speeds, _, regime, whirl = part.split(" ")
@@ -131,8 +147,8 @@ def crossings(case: Case) -> list[dict[str, Any]]:
 
     Returns
     -------
-    [{"of": "waves" or "unbalance", "speed": rad/s, "time": s, "rising": whether the
-    speed rises at that time}]
+    a dict for each crossing: "of": "waves" (Eq. 13) or "unbalance" (resonance),
+    "speed": rad/s, "time": s, "rising": whether the speed rises at that time
     """
     law, scene = law_of(case.scene), case.scene
     if law is None:

@@ -1,16 +1,17 @@
-"""Modal amplitudes q_k by nodal diameter and family (Sec. 4.2), from traces.
+"""Modal amplitudes q_k by nodal diameter and family (Sec. 4.2), from stored traces.
 
-Tips and centre give two or three signals per nodal diameter, which has more modes than
-that, so that shapes do not suffice to separate 1F from 2F, but frequencies do. At each
-frequency, of all modal amplitudes that reproduce the traces exactly, those with the
-least modal forces are taken,
+Traces of tips and centre give two or three signals per nodal diameter, which has more
+modes than that. So mode shapes do not suffice to separate 1F from 2F, but frequencies
+do. At each frequency, of all modal amplitudes that reproduce the traces exactly, those
+with the least modal forces are taken,
 
     min sum_i |Q_i / H_i|^2  with  sum_i phi_i Q_i = Y,
     H_i(omega) = 1 / (omega_i^2 - omega^2 + 2 i xi omega_i omega),
 
-so that a spectral line near omega_i is attributed to mode i. The record is mirrored at
-its end, since a jump from the end to the beginning would contain all frequencies; the
-last milliseconds are less certain.
+with phi_i the shape of mode i, Q_i its amplitude, H_i its transfer function, Y the
+Fourier transform of the signals; so a spectral line near omega_i is attributed to mode
+i. The signals are mirrored at their end, since a jump from the end to the beginning
+would contain all frequencies; the last milliseconds are less certain.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ LEAST = 1e-9  # singular value, relative to the largest, of linearly dependent s
 def contributions(
     tips: Floats, centre: Floats, interval: float, model: Model, k: int
 ) -> Complexes:
-    """Return the amplitudes of all modes of nodal diameter k over time.
+    """Return the amplitudes of all rotor modes of nodal diameter k over time.
 
     Parameters
     ----------
@@ -76,10 +77,16 @@ def _check(tips: Floats, model: Model) -> None:
 def _least_forces(
     signals: Complexes, rows: Complexes, omega: Floats, ratios: Floats, interval: float
 ) -> Complexes:
-    """Return the amplitudes (n, m) of least modal forces that give signals (r, n).
+    """Return modal amplitudes over time, (n, m), from signals of tips and centre.
 
-    rows : (r, m), value of each of r signals for a unit amplitude of each of m modes
-    omega, ratios, interval : (m,), rad/s; damping ratios; s, between samples
+    Of all amplitudes that give the signals they are those with the least modal forces.
+
+    Parameters
+    ----------
+    signals : (r, n), r signals at n times
+    rows : (r, m), value of each signal for a unit amplitude of each of m modes
+    omega, ratios : (m,), rad/s, natural frequencies; damping ratios
+    interval : s, between samples
     """
     count = signals.shape[1]
     signals = np.hstack([signals, signals[:, ::-1]])
@@ -95,11 +102,13 @@ def _least_forces(
 def family_amplitudes(
     tips: Floats, centre: Floats, interval: float, model: Model
 ) -> dict[str, Floats]:
-    """Return {family: |q_k| (n, N // 2 + 1), m sqrt(kg)} of 1F, 2F and suspension.
+    """Return modal amplitudes over time of the families 1F, 2F and suspension.
 
-    For parameters see `contributions`. For a simple harmonic, a standing wave, the
-    value is (q^2 + (q'/omega)^2)^(1/2). Columns of nodal diameters at which a family
-    has no mode (for the suspension, all but k = 1) are 0; NaN if families are unknown.
+    Returns {family: (n, N // 2 + 1), m sqrt(kg)}, |q_k| at n times, a column for each
+    nodal diameter k; parameters are those of `contributions`. For a simple harmonic, a
+    standing wave, the value is (q^2 + (q'/omega)^2)^(1/2). Columns of diameters at
+    which a family has no mode (for the suspension, all but k = 1) are 0; NaN if the
+    families of the rotor's modes are unknown.
     """
     diameters = model.blades // 2 + 1
     out = {n: np.zeros((len(tips), diameters)) for n in ("1F", "2F", "suspension")}

@@ -1,7 +1,9 @@
 """Regime and whirl of a motion, determined from evidence: numbers stored with results.
 
-`evidence` reduces a history to numbers; the rules of `scene.words` turn only these
-numbers into words, so that results can be relabelled without integrating again.
+`evidence` reduces the history of a run to numbers; the rules of `scene.words` turn only
+these numbers into words, so that `hpcwhirl classify` can give results other words
+without integrating again. The window of a run is its last 40 %. Growth means growth of
+the amplitude sqrt(energy), by averages over blocks of the window.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ STEADY_SHARE = 0.4  # share of a run, at its end, that is the window of evidence
 BLOCKS = 12  # blocks of the window over which energy is averaged
 SETTLED = 0.2  # share of a run, at its beginning, that `summit` leaves out
 FED = ("pulse", "friction", "rotation")  # terms of the ledger that feed energy
-HARDLY = 1e-10  # distance from an unbalanced rotor's circle / its radius, taken as 0
+HARDLY = 1e-10  # distance from an unbalanced rotor's circle / circle's radius, as 0
 NOTHING = 1e-280  # J, energy up to which a body counts as at rest
 
 
@@ -35,9 +37,9 @@ def _limit(default: float, meaning: str) -> float:
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Thresholds by which the regimes of cases are told apart.
+    """Limits in the rules for outcome, regime and whirl; stored with the results.
 
-    They are stored with the results.
+    Each field's `meaning` says what it limits.
     """
 
     ledger: float = _limit(
@@ -80,9 +82,9 @@ class Thresholds:
 
 @dataclass(frozen=True)
 class MotionThresholds:
-    """Thresholds by which the words of `motion`, such as "periodic", are told apart.
+    """Limits in the rules for the word `motion`, such as "periodic" or "chaotic".
 
-    These words are determined with `output.chaos`.
+    Cases have this word with the input `output.chaos`.
     """
 
     returns: float = _limit(0.05, "largest `return_distance` of a `periodic` motion")
@@ -99,20 +101,25 @@ class MotionThresholds:
 
 
 def threshold_facts() -> dict[str, float]:
-    """Return {name of the attribute in results: value} of the default thresholds."""
+    """Return the default thresholds by the names of their attributes in results.
+
+    An example is {"threshold_rise": 0.4}.
+    """
     return {f"threshold_{name}": value for name, value in all_thresholds().items()}
 
 
 def all_thresholds() -> dict[str, float]:
-    """Return {name: default} of the thresholds of regimes and of motions."""
+    """Return the default of every threshold by its name, such as {"rise": 0.4}."""
     return asdict(Thresholds()) | asdict(MotionThresholds())
 
 
 def block_means(values: Floats, count: int) -> Floats:
-    """Return the means (..., count) of `count` blocks of values (..., n), n >= count.
+    """Return means over successive blocks of values, (..., count).
 
-    Blocks are as long as those of `np.array_split`; each mean has the bits of
-    `np.mean` of its block.
+    Blocks are as long as those of `np.array_split`; each mean has the bits of `np.mean`
+    of its block.
+
+    values, count : (..., n), along the last axis; number of blocks, <= n
     """
     size, longer = divmod(values.shape[-1], count)
     cut, lead = longer * (size + 1), values.shape[:-1]
@@ -126,13 +133,14 @@ def block_means(values: Floats, count: int) -> Floats:
 
 
 def levels(values: Floats, count: int) -> Floats:
-    """Return ln sqrt(mean energy), a log amplitude, of `count` blocks; -inf at rest.
+    """Return the logarithm of the amplitude, ln sqrt(mean energy), of blocks of time.
 
-    Averaging over blocks removes the beating of close frequencies.
+    Averaging over a block removes the beating of close frequencies. -inf at rest.
 
     Parameters
     ----------
-    values : (..., n), J, energies at n equal intervals
+    values : (..., n), J, energies at n equal intervals of time
+    count : number of blocks
 
     Returns
     -------
@@ -142,7 +150,10 @@ def levels(values: Floats, count: int) -> Floats:
 
 
 def _levels(means: Floats) -> Floats:
-    """Return log amplitudes ln sqrt(E) of mean energies E, J; -inf up to `NOTHING`."""
+    """Return the log amplitude ln sqrt(E) of each mean energy E, J, in `means`.
+
+    It is -inf for a body at rest, whose energy is at most `NOTHING`.
+    """
     moving = means > NOTHING
     if moving.all():
         return np.asarray(0.5 * np.log(means))
@@ -160,8 +171,8 @@ def growths(
     error 0; a body that came to rest within the window has the smallest decay rate that
     explains this.
 
-    rows : (1 + m, n), first the time, s, then the energies, J
-    rests : m energies, J, up to which each may be at rest; None: `NOTHING`
+    rows : (1 + m, n), first the time, s, then m energies over time, J
+    rests : (m,), J, energies that a body at rest may have by round-off; None: `NOTHING`
     """
     count = min(BLOCKS, rows.shape[1])
     if count < 3:
@@ -172,10 +183,10 @@ def growths(
 
 
 def _fitted(at: Floats, level: Floats, rests: Floats) -> list[tuple[float, float]]:
-    """Return [(growth rate, standard error)], 1/s, of m log amplitudes over time.
+    """Return growth rate and standard error, 1/s, of each of m log amplitudes.
 
     at, level : (count,), s, middles of blocks; (m, count), see `levels`
-    rests : (m,), J, energies up to which each may be at rest
+    rests : (m,), J, energies that a body at rest may have by round-off
     """
     moving = np.asarray(np.isfinite(level).all(axis=1))
     if not moving.all():
@@ -196,12 +207,14 @@ def _fitted(at: Floats, level: Floats, rests: Floats) -> list[tuple[float, float
 
 
 def _come_to_rest(at: Floats, level: Floats, floor: float) -> float:
-    """Return the decay rate, 1/s, from the first block to the first block at rest.
+    """Return the growth rate, < 0, 1/s, of a body that comes to rest.
 
-    Return 0 for a body that is at rest in the first block, or moves again later.
+    Its amplitude is taken to fall, from the first block to the first block at rest, to
+    that of the energy `floor`. Return 0 for a body that is at rest in the first block,
+    or moves again later.
 
     at, level : (count,), s, middles of blocks; log amplitudes, see `levels`
-    floor : J, energy up to which it may be at rest
+    floor : J, energy that a body at rest may have by round-off
     """
     moving = np.isfinite(level)
     rest = int(np.argmin(moving))
@@ -212,10 +225,13 @@ def _come_to_rest(at: Floats, level: Floats, floor: float) -> float:
 
 
 def summit(time: Floats, energy: Floats, start: float) -> float:
-    """Return ln(last amplitude / highest amplitude before it), of means over blocks.
+    """Return ln(last amplitude / highest amplitude before it) of a run.
 
-    Blocks cover the run except its first part `SETTLED` and are as long as those of the
-    window that begins at `start`, s; 0 if there are not two blocks to compare.
+    Amplitudes are means over blocks, see `levels`, as long as those of the window that
+    begins at `start`, s; the first share `SETTLED` of the run is left out. 0 if there
+    are not two blocks to compare. Above 0, the motion ends higher than it ever was.
+
+    time, energy : (n,), s; J
     """
     late = int(np.searchsorted(time, start, side="right"))
     size = (len(time) - late) // BLOCKS
@@ -250,7 +266,8 @@ def evidence(
     ----------
     scene : the case
     history : its integrated motion
-    angles : (b,), rad, rotor's angles at the rows of evidence; None: by the scene
+    angles : (b,), rad, angle by which the rotor has turned at each of the b times of
+        `History.judged`; None: computed from the scene's speed
 
     Returns
     -------
@@ -315,10 +332,12 @@ def evidence(
 def _growing(
     scene: Scene, judged: Evidence, history: History, start: float
 ) -> tuple[dict[str, float], float]:
-    """Return ({name: growth rate or `summit`}, mean energy, J) of a window.
+    """Return the growth rates of a window, with `summit`, and its mean energy, J.
 
-    judged, history : evidence over the run; its history, with the circle about which
-        the orbit is measured
+    Returns ({name: 1/s, or for "summit" ln of a ratio}, J)
+
+    judged : energies and orbit over the run, from which the numbers are computed
+    history : history of the run; distances of the orbit are from its `circle`
     start : s, beginning of the window
     """
     first = int(np.searchsorted(judged.time, start, side="right"))
@@ -350,9 +369,11 @@ def _is_driven(scene: Scene, history: History) -> bool:
 
 
 def _change_of(rates: dict[str, float]) -> float:
-    """Return the largest |growth rate|, of total energy, rotor and orbit, 1/s.
+    """Return how much a motion changes: its largest |growth rate|, 1/s.
 
-    rates : result of `_rates`
+    The growth rates are those of both bodies together, of the rotor and of the centre.
+
+    rates : growth rates by name, result of `_rates`
     """
     return max(abs(rates[f"growth_{name}"]) for name in ("rate", "rotor", "centre"))
 
@@ -362,7 +383,10 @@ def _turns(scene: Scene) -> bool:
 
 
 def _resolved(history: History) -> Evidence:
-    """Return a run's evidence; a rotor that only round-off moves has energy 0 in it."""
+    """Return a run's energies and orbit, with rotor energies due to round-off set to 0.
+
+    History.blur says up to which energy, J, the rotor may move by round-off alone.
+    """
     judged, (least, _) = history.judged, history.blur
     if least == 0.0:
         return judged
@@ -372,12 +396,12 @@ def _resolved(history: History) -> Evidence:
 
 
 def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
-    """Return energies (b,), J: of both bodies together, of the rotor, of the casing.
+    """Return three energies over a run, (b,), J: of both bodies, the rotor, the casing.
 
     With full rotation these are magnitudes: beyond a critical speed, Jacobi's energy of
     a forward whirl is negative and tends to 0 as the whirl decays.
 
-    judged : evidence of a run, b rows over time
+    judged : energies and orbit of a run at b times
     """
     energies = judged.energy, judged.rotor, judged.casing
     if not _turns(scene):
@@ -387,12 +411,13 @@ def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
 
 
 def _squared(centre: Floats, circle: Floats, far: float) -> Floats:
-    """Return the squared distance of the shaft's centre from a circle, (n,), m^2.
+    """Return the centre's squared distance from its motion without contact, (n,), m^2.
 
-    The circle is the orbit of an unbalanced rotor without contact.
+    Without contact, the centre of an unbalanced rotor moves on a circle in the static
+    frame. Distances below `HARDLY` times its radius are round-off and become 0.
 
-    centre, circle : (n, 2), m, rotating frame; distances below `HARDLY` of the circle
-        are round-off and become 0
+    centre, circle : (n, 2), m, rotating frame; position of the centre, and where it
+        would be without contact
     far : m^2, squared distance up to which round-off may move the centre
     """
     if not circle.any():
@@ -417,11 +442,11 @@ def slip_ratio(scene: Scene, history: History) -> float:
 
 
 def _rates(rows: Floats, rests: Sequence[float]) -> dict[str, float]:
-    """Return {name: growth rate, 1/s} of the whole motion and of its parts.
+    """Return the evidence `growth_*` of a window, 1/s, by name.
 
-    rows : (5, n): time; energy of both bodies, of the rotor, of the casing, J; orbit
-        radius squared, m^2
-    rests : of these four, the values up to which each may be at rest
+    rows : (5, n), at n times: time, s; energy of both bodies, of the rotor, of the
+        casing, J; squared orbit radius, m^2
+    rests : of each of the last four, the value that it may have at rest by round-off
     """
     (rate, error), *others = growths(rows, rests)
     rotor, casing, centre = (growing for growing, _ in others)
@@ -437,7 +462,10 @@ def _rates(rows: Floats, rests: Sequence[float]) -> dict[str, float]:
 
 
 def _change(values: Floats) -> float:
-    """Return the increase of a cumulative quantity from first to last; 0 if empty."""
+    """Return the last less the first of the values of an accumulated work; 0 if empty.
+
+    It is 0, too, if it is not finite; values : (n,), J
+    """
     return _finite(values[-1] - values[0]) if len(values) else 0.0
 
 
@@ -449,9 +477,10 @@ def ledger_error(history: History, *, turns: bool = False) -> float:
     """Return the worst violation of the energy ledger, relative to its throughput.
 
     The residual must be zero; the energy of a stable scheme and the energy lost to
-    damping must not be negative. 1 if the run is not finite. A violation that round-off
-    explains is none: of an amplitude b, E_b = b^2 being `History.blur`, it changes a
-    motion of amplitude a by 2 a b + b^2.
+    damping must not be negative. The throughput is the sum of the |terms| of the
+    ledger. 1 if numbers of the run are not finite. A violation that round-off explains
+    counts as 0: round-off of the energy E_b = b^2, `History.blur`, changes the energy
+    a^2 of a motion by up to 2 a b + b^2.
 
     turns : whether rotation is full; then Jacobi's energy may be negative beyond a
         critical speed, and so may losses, since non-rotating supports may feed energy
@@ -478,8 +507,8 @@ def name_regime(
 
     Parameters
     ----------
-    numbers : result of `evidence`, and `stop`, why the run ended
-    limits : thresholds
+    numbers : evidence of the case, result of `evidence`, and `stop`, why the run ended
+    limits : thresholds of the rules
     """
     return words_of_one(numbers, _as_numbers(limits))
 

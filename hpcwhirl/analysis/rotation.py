@@ -1,4 +1,9 @@
-"""Effects of rotation on a rotor: frequencies, critical speeds, stability, growth."""
+"""Effects of rotation on a case's rotor, as `hpcwhirl model` and figures show them.
+
+They are natural frequencies, critical speeds, stability of free motions and radial
+growth of the tips. With the input rotation = "full" the rotor has Coriolis, centrifugal
+and spin-softening terms; with "none" it has not, and its frequencies are constant.
+"""
 
 from __future__ import annotations
 
@@ -40,10 +45,11 @@ BESIDE = {"none": "full", "full": "none"}
 def critical_of(case: Case, orders: int) -> list[dict[str, Any]]:
     """Return the speeds at which rotor and casing waves coincide, the paper's Eq. (13).
 
-    orders : see `critical_of_families`
+    They are dicts of nodal_diameter, order n, speed (rad/s) and family. With full
+    rotation, frequencies depend on the speed; a rotor of unequal sectors then has no
+    waves of one nodal diameter, and the list is empty.
 
-    With full rotation, frequencies depend on the speed; a rotor of unequal sectors then
-    has no waves of one nodal diameter, and the list is empty.
+    orders : highest order n of a super-harmonic of the casing, for 1F
     """
     table = modal_table(case.model)
     if case.model.rotor.spin is None:
@@ -53,7 +59,10 @@ def critical_of(case: Case, orders: int) -> list[dict[str, Any]]:
 
 
 def lines_of(case: Case) -> list[dict[str, Any]]:
-    """Return the rotor's frequencies at the case's speed, a `WaveLine` as dict each."""
+    """Return the rotor's waves at the case's speed, with frequencies in both frames.
+
+    Each is a dict of the attributes of `WaveLine`.
+    """
     rotor, blades = rotor_by_diameter(case.model), case.model.blades
     return [asdict(line) for line in wave_lines(rotor, blades, case.given.speed)]
 
@@ -63,15 +72,17 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
 
     Returns
     -------
-    kind : "none" or "full"
-    auto : the choice of engine.rotation = auto and its reason, see `Choice`, or None
+    dict of
+    kind : "none" or "full", whether terms of rotation are included
+    auto : what engine.rotation = "auto" chose and why, see `Choice`; None: not "auto"
     growth : 1/s, growth rate of the least stable free motion
     unstable_from : rad/s, lowest speed where a free motion grows; None if none is found
     unbalance_speeds : rad/s, at which an unbalance is in resonance with a wave of k = 1
     tip_growth : m, largest radial growth of a tip if rotation is full, else None
     clearance : m, at speed; `gap` less the growth if `gap_at` is rest, else `gap`
-    film : the squeeze film at the centre, see `_film`, or None
-    unbalance : the circle of the scene's unbalance, see `facts_of_unbalance`, or None
+    film : damping and clearance of the squeeze film, see `_film`; None without one
+    unbalance : the circle on which the scene's unbalance moves the centre, see
+        `facts_of_unbalance`; None without unbalance
     """
     model, speed = case.model, case.given.speed
     rotor, turns = rotor_by_diameter(model), model.rotor.spin is not None
@@ -90,14 +101,16 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
 
 
 def _film(rotor: ModalModel, speed: float) -> dict[str, float] | None:
-    """Return the damping of a squeeze film in small motions, and its range.
+    """Return damping and clearance of the squeeze film at the shaft's centre, by name.
+
+    None without a film.
 
     Returns
     -------
-    damping : c_0, N s/m
-    clearance : m
-    straight, circling : ratio of displacement to clearance at which the damping of
-        straight motions through the middle, and of circles, exceeds c_0 by a tenth
+    damping : c_0, N s/m, in small motions
+    clearance : m, of the film
+    straight, circling : ratio of displacement to clearance at which the film's damping
+        of straight motions through the middle, and of circles, exceeds c_0 by a tenth
     """
     own = rotor.spin.support.at(speed) if rotor.spin else ROUND
     if not own.film:
@@ -120,10 +133,10 @@ def _chosen(scene: Scene) -> dict[str, Any] | None:
 
 
 def beside(case: Case) -> Case | None:
-    """Return the case with the other value of engine.rotation, none or full.
+    """Return the same case with engine.rotation = "full" instead of "none", or reverse.
 
-    Inputs that need full rotation are set to values without effect. None if the engine
-    does not allow the other value.
+    It serves to compare both. For "none", inputs that need full rotation are set to
+    values without effect. None if the engine does not allow the other value.
     """
     other = BESIDE[case.reduced.engine.rotation]
     settings: dict[str, Any] = {"engine.rotation": other}
@@ -141,19 +154,19 @@ def beside(case: Case) -> Case | None:
 
 
 def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
-    """Return the waves of a nodal diameter over the speed, static frame.
+    """Return frequencies, static frame, of a rotor's waves over the speed.
 
     Parameters
     ----------
     case : case whose rotor is taken
-    k : nodal diameter
+    k : nodal diameter of the waves
     speeds : (n,), rad/s
 
     Returns
     -------
-    {family: ((n,), (n,))}, rad/s, of the families of `moving_families`: frequencies in
-    the static frame of two waves, that which turns with the rotation in the rotating
-    frame, and that which turns against it; > 0: turns with the rotation
+    {family: ((n,), (n,))}, rad/s, of 1F and the families that move the shaft:
+    frequencies in the static frame of two waves, that which turns with the rotation in
+    the rotating frame, and that which turns against it; > 0: turns with the rotation
 
     Raises
     ------
@@ -175,18 +188,28 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
 
 
 def own_waves(table: list[Line], k: int) -> dict[str, float]:
-    """Return {family: omega, rad/s} of the families with a mode of nodal diameter k.
+    """Return frequencies of a rotor without terms of rotation at nodal diameter k.
 
-    table : modal table; only its `moving_families` count
+    Returns {family: omega, rad/s} of 1F and the families that move the shaft; a family
+    without a mode of this diameter is left out
+
+    table : modal table of the model, from `modal_table`
     """
     found = moving_families(table)
     return {family: own[k] for family, own in found.items() if k in own}
 
 
 def _pairs(model: ModalModel, piece: SpinBlock, values: Floats) -> Waves:
-    """Return {family: values of its forward and of its backward wave, (n,) each}.
+    """Return the values that belong to the two waves of each family, forward first.
 
-    values : (n, 2 m), of all 2 m roots of a nodal diameter in the order of `wave_roots`
+    Returns {family: ((n,), (n,))} of 1F and the families that move the shaft
+
+    Parameters
+    ----------
+    model : rotor with terms of rotation
+    piece : its matrices of one nodal diameter, with m modes
+    values : (n, 2 m), frequencies or growth rates at n speeds, a column for each of the
+        2 m roots in the order of `wave_roots`
     """
     count = len(piece.omega)
     return {
@@ -205,8 +228,9 @@ def growth_over(case: Case, speeds: Floats) -> tuple[Floats, Waves]:
 
     Returns
     -------
-    (n,), growth rates of the fastest growing motion of any nodal diameter; and {family:
-    ((n,), (n,))} of both waves of k = 1, see `waves_over`, empty if there are none
+    (n,), growth rate of the fastest growing motion of any nodal diameter; and {family:
+    ((n,), (n,))}, growth rates of the forward and the backward wave of k = 1, {}
+    without full rotation
     """
     model, blades = rotor_by_diameter(case.model), case.model.blades
     fastest = [largest_growth(model, blades, speed) for speed in speeds.tolist()]
@@ -219,10 +243,11 @@ def growth_over(case: Case, speeds: Floats) -> tuple[Floats, Waves]:
 
 
 def bands_over(case: Case, speeds: Floats) -> Waves:
-    """Return {family: ((n,), (n,))}, least and largest |omega| over the speed, rad/s.
+    """Return the band of frequencies of each family of rotor modes over the speed.
 
-    These are frequencies of the rotor in the rotating frame, of all nodal diameters;
-    with full rotation of all but k = 1, whose two waves differ much.
+    Returns {family: ((n,), (n,))}, rad/s, the least and the largest |omega| in the
+    rotating frame of all nodal diameters; with full rotation of all but k = 1, whose
+    two waves differ much
 
     speeds : (n,), rad/s
     """
@@ -249,11 +274,13 @@ def bands_over(case: Case, speeds: Floats) -> Waves:
 
 
 def side_by_side(case: Case, orders: int) -> dict[str, Any]:
-    """Return {"none": facts, "full": facts}, without and with the effects of rotation.
+    """Return a rotor's facts without and with the effects of rotation, to compare them.
 
-    Facts are the result of `rotation_of_case`, and `lines` from `lines_of` and
-    `critical_speeds` from `critical_of`. For an engine from file without terms of
-    rotation only "none" is returned.
+    Returns {"none": facts, "full": facts}. Facts are the dict of `rotation_of_case`
+    with two more entries: `lines`, the rotor's waves, and `critical_speeds`. For an
+    engine from file without terms of rotation only "none" is returned.
+
+    orders : highest order n of a super-harmonic of the casing, for 1F
     """
     cases = [case, beside(case)]
     return {

@@ -1,4 +1,8 @@
-"""The words of one case, or of many, by the rules of `scene.words`."""
+"""The words of one case, or of many, by the rules of `scene.words`.
+
+A rule has a word and conditions on evidence and thresholds; the first rule of a table
+whose conditions all hold gives the word.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +21,11 @@ MEASURED = ("speed", *(name for name in CHAOS if name != "motion"))
 
 
 def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
-    """Return the word of the first rule that holds in each case, "" if none does.
+    """Return for each of many cases the word of the first rule that holds, (cases,).
 
-    known : {name: values (cases,)} of the names in the rules' conditions
+    "" where no rule holds.
+
+    known : {name in the rules' conditions: its value in each case, (cases,)}
     """
     held = [
         np.logical_and.reduce([value_of(parse(need), known) for need in rule.needs])
@@ -31,9 +37,9 @@ def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
 
 
 def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
-    """Return the word of the first rule that holds in one case.
+    """Return the word of the first rule that holds in one case; "" if none does.
 
-    known : {name: value} of the names in the rules' conditions
+    known : {name in the rules' conditions: its value in the case}
     """
     for rule in rules:
         for need in rule.needs:
@@ -47,9 +53,12 @@ def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
 def words_of_one(
     numbers: Mapping[str, Any], limits: Mapping[str, float]
 ) -> tuple[str, str, str]:
-    """Return (outcome, regime, whirl) of one case; for many, see `words_by_table`.
+    """Return the words (outcome, regime, whirl) of one case.
 
-    numbers, limits : {name: evidence}, and `stop`; {name: threshold}
+    Regime and whirl are "none" if the outcome, such as unstable, allows no regime.
+
+    numbers : {name of evidence: number}, and `stop`, why the run ended
+    limits : {name of threshold: number}
     """
     known = {**numbers, **limits}
     with np.errstate(all="ignore"):  # numbers of a run that blew up
@@ -63,12 +72,14 @@ def words_of_one(
 def words_by_table(
     numbers: Mapping[str, Any], limits: Mapping[str, float]
 ) -> tuple[Words, Words, Words]:
-    """Return (outcome, regime, whirl) of many cases, each (cases,).
+    """Return the words (outcome, regime, whirl) of many cases, three arrays (cases,).
+
+    Regime and whirl are "none" if the outcome, such as unstable, allows no regime.
 
     Parameters
     ----------
-    numbers : {name: evidence (cases,)}, and `stop`, why each case's run ended
-    limits : {name: threshold}
+    numbers : {name of evidence: (cases,)}, and `stop`, why each case's run ended
+    limits : {name of threshold: number}
     """
     known = {**numbers, **limits}
     with np.errstate(all="ignore"):  # numbers of a run that blew up
@@ -90,9 +101,9 @@ def motions_by_table(
     Parameters
     ----------
     regime : (cases,), regime of each case
-    numbers : {name: (cases,)} of `scene.quantities.CHAOS`: exponent, period, 0-1 test,
-        NaN if not measured; and `speed`
-    limits : {name: threshold}
+    numbers : {name: (cases,)} of the measured numbers of `scene.quantities.CHAOS`, such
+        as exponent and period, NaN if not measured; and of `speed`, rad/s
+    limits : {name of threshold: number}
     """
     with np.errstate(all="ignore"):
         turn = 2 * np.pi / np.abs(numbers["speed"])
@@ -101,9 +112,9 @@ def motions_by_table(
 
 
 def motion_of(row: Mapping[str, Any], limits: Mapping[str, float]) -> str:
-    """Return a case's word `motion`, such as "periodic"; see `motions_by_table`.
+    """Return the word `motion`, such as "periodic", of one case.
 
-    row : results of the case by name
+    row, limits : {name of result: value in the case}; {name of threshold: number}
     """
     numbers = {name: np.array([row.get(name, np.nan)]) for name in MEASURED}
     word = motions_by_table(np.array([row["regime"]]), numbers, limits)
@@ -111,7 +122,7 @@ def motion_of(row: Mapping[str, Any], limits: Mapping[str, float]) -> str:
 
 
 def evidence_names() -> list[str]:
-    """Return the names of the evidence that must be stored to evaluate all rules."""
+    """Return the names of the evidence that results must hold to derive all words."""
     texts = [*DEFINED.values()]
     texts += [need for rules in RULES.values() for rule in rules for need in rule.needs]
     names = set().union(*(names_in(parse(text)) for text in texts))
@@ -119,7 +130,11 @@ def evidence_names() -> list[str]:
 
 
 def as_data() -> dict[str, Any]:
-    """Return the rules of words and their definitions as data for JSON."""
+    """Return all rules as plain data, which the report's page gets as JSON.
+
+    Returns {"defined": {name: expression}, "tables": {"regime", ...: [{"word",
+    "needs": conditions}]}}
+    """
     tables = {
         name: [{"word": rule.word, "needs": list(rule.needs)} for rule in rules]
         for name, rules in RULES.items()

@@ -34,15 +34,15 @@ ORDERS = ("first", "total")
 USUAL = ("growth_rate", "orbit_radius", "divergent")  # quantities by default
 RESAMPLES = 999  # number of resamples of the bootstrap
 SEED = 0  # seed of the bootstrap, fixed so that intervals are reproducible
-STILL = 0.01  # largest share of resamples in which no value varies
+STILL = 0.01  # largest share of resamples in which the quantity may be constant
 WIDE = 0.5  # width of an index's interval above which the index counts as unknown
 FEWEST = 8  # least number of pairs of draws for indices
 
 
 def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
-    """Return Sobol' indices of d inputs, first-order and total, (2, d).
+    """Return a quantity's Sobol' indices for d inputs, first-order and total, (2, d).
 
-    NaN if no value varies.
+    NaN if the quantity does not vary.
 
     Parameters
     ----------
@@ -60,11 +60,11 @@ def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
 
 
 def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
-    """Return bootstrap intervals of the Sobol' indices of d inputs, (2 ends, 2, d).
+    """Return confidence intervals of Sobol' indices by bootstrap, (2 ends, 2, d).
 
-    Parameters and indices are those of `indices`. Ends are percentiles over draws taken
-    with replacement; NaN if no value varies in more than a share `STILL` of the
-    resamples, as for a regime that hardly any case has.
+    Parameters and indices are those of `indices`. The ends are percentiles of the
+    indices of resamples, draws taken with replacement; NaN if the quantity is constant
+    in more than a share `STILL` of them, as for a regime that hardly any case has.
     """
     chosen = np.random.default_rng(SEED).integers(len(a), size=(RESAMPLES, len(a)))
     resampled = np.array([indices(a[i], b[i], mixed[:, i]) for i in chosen])
@@ -77,9 +77,9 @@ def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
 def values_of(data: xarray.Dataset, name: str) -> Floats:
     """Return a quantity of each case, (cases,), by the name of a variable or a regime.
 
-    For a regime, cases that have it have 1, others 0.
-
-    NaN for cases without a regime (failed, unstable), whose numbers have no meaning.
+    For the name of a regime, such as "divergent", the quantity is 1 in cases that have
+    this regime, else 0. It is NaN for cases without a regime (failed, unstable), whose
+    numbers have no meaning.
 
     Raises
     ------
@@ -100,8 +100,8 @@ def values_of(data: xarray.Dataset, name: str) -> Floats:
 def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Dataset:
     """Return the Sobol' indices of quantities, at each point of the sweep.
 
-    A pair of draws is left out, and counted in `dropped`, if any of its cases has no
-    finite value.
+    A pair is a draw of A, the one of B with the same number, and their mixtures A_i. It
+    is left out, and counted in `dropped`, if any of its cases has no finite value.
 
     Parameters
     ----------
@@ -142,7 +142,9 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
 
 
 def widest(one: xarray.Dataset) -> float:
-    """Return the width of the widest interval of a quantity's indices; NaN without any.
+    """Return the width of the widest confidence interval of a quantity's indices.
+
+    NaN without any interval.
 
     Parameters
     ----------
@@ -154,10 +156,11 @@ def widest(one: xarray.Dataset) -> float:
 
 
 def pairs_needed(one: xarray.Dataset) -> int:
-    """Return the number of pairs of draws that a quantity's indices need; 0: enough.
+    """Return how many pairs of draws would make a quantity's Sobol' indices known.
 
-    The number is a power of 2, as [sample] requires, estimated from the present
-    intervals, which shrink with the square root of the number of pairs.
+    Return 0 if the present ones suffice: no interval is wider than `WIDE`. The number
+    is a power of 2, as [sample] requires, estimated from the present intervals, which
+    shrink with the square root of the number of pairs.
 
     Parameters
     ----------
@@ -171,9 +174,13 @@ def pairs_needed(one: xarray.Dataset) -> int:
 
 
 def _indices_at(values: Floats, drawn: Drawn, point: int) -> dict[str, Any]:
-    """Return {variable of `sensitivity`: value} for one quantity at one point.
+    """Return the Sobol' indices of one quantity at one point of the sweep.
 
-    values, drawn : (cases,), the quantity of each case; draw of each case
+    Returns {name of a variable in the result of `sensitivity`: its value, or one per
+    input}
+
+    values : (cases,), the quantity of each case
+    drawn : draws of the campaign: which draw and which of A, B, A_i each case is
     point : number of the point of the sweep
     """
     width = len(drawn.inputs) + 2

@@ -1,4 +1,8 @@
-"""The probability of each regime, from cases whose inputs were drawn."""
+"""The probability of each regime, from cases whose inputs were drawn by [sample].
+
+It is the share of a regime among the cases of each point of the sweep, a combination of
+the swept inputs.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +37,8 @@ def shares(data: xarray.Dataset) -> xarray.Dataset:
     -------
     xarray.Dataset over `point`, with the swept inputs as coordinates, and `regime`:
     `share`, `share_low`, `share_high` (Wilson's 95 % interval for independent draws;
-    low-discrepancy draws err less), `count`; over `point` only `cases`, the number with
-    a regime, and `lost`
+    low-discrepancy draws err less), `count`; over `point` only `cases`, the number of
+    cases with a regime, and `lost`, the number of those without
 
     Raises
     ------
@@ -55,14 +59,18 @@ def shares_of(
     chosen: NDArray[np.bool_],
     along: str = "regime",
 ) -> xarray.Dataset:
-    """Return the share of each kind of motion at each point, in the form of `shares`.
+    """Return the share of each kind of motion among the cases of each point of a sweep.
+
+    A kind is a regime or an attractor. The table has the variables that `shares`
+    returns.
 
     Parameters
     ----------
-    word : (cases,), kind of each case; cases of other kinds than `kinds` are `lost`
-    kinds : names along the dimension `along`
-    point : (cases,), number of each case's point
-    chosen : (cases,), which cases count
+    word : (cases,), kind of motion of each case; a case of none of `kinds` is `lost`
+    kinds : names of the kinds, values of the coordinate `along`
+    point : (cases,), number of the case's point of the sweep
+    chosen : (cases,), whether the case counts
+    along : name of the table's second dimension: "regime" or "attractor"
     """
     import xarray
 
@@ -94,7 +102,10 @@ def shares_of(
 
 
 def swept_in(found: xarray.Dataset) -> list[str]:
-    """Return the names of swept inputs in a table of shares, its coordinates."""
+    """Return the names of the swept inputs, which are coordinates of a table of shares.
+
+    found : table of shares, from `shares` or `basins`
+    """
     names = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     return [name for name in names if name != "point"]
 
@@ -105,9 +116,14 @@ def counts(
     group: NDArray[np.int64],
     chosen: NDArray[np.bool_],
 ) -> NDArray[np.int64]:
-    """Return the number of chosen cases by group and kind of motion, (groups, kinds).
+    """Return how many cases of each group have each kind of motion, (groups, kinds).
 
-    group : (cases,), such as points of the sweep; others see `shares_of`
+    Parameters
+    ----------
+    word : (cases,), kind of motion of each case, such as its regime
+    kinds : names of the kinds that are counted
+    group : (cases,), number of each case's group, such as its point of the sweep
+    chosen : (cases,), whether the case is counted
     """
     number = np.unique(group, return_inverse=True)[1]
     table = np.zeros((number.max(initial=-1) + 1, len(kinds)), dtype=np.int64)

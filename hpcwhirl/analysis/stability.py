@@ -9,10 +9,11 @@ as nodal diameter k. With q of the rotor and P_h of the ring, mass-orthonormal,
     (d/dt - i h Omega)^2 P + 2 xi w (d/dt - i h Omega) P + w^2 P = n N (W + mu U)^H lambda_k
     sum_h W_h P_h - r q = 0,
 
-n = 2, or 1 for a simple harmonic; lambda_k is the cyclic coordinate of the multipliers,
-mu has the sign of Omega. With rotation the rotor's C and K are those of
-`reduction.waves`, full matrices. The motions that satisfy the constraint follow from a
-quadratic eigenvalue problem.
+r, t: radial, tangential tip displacements of the rotor's modes; W, U: radial,
+tangential amplitudes of the ring's modes; n = 2, or 1 for a simple harmonic; lambda_k
+is the cyclic coordinate of the multipliers, mu has the sign of Omega. With rotation the
+rotor's C and K are those of `reduction.waves`, full matrices. The motions that satisfy
+the constraint follow from a quadratic eigenvalue problem.
 """  # noqa: E501
 
 from __future__ import annotations
@@ -31,18 +32,21 @@ from hpcwhirl.reduction.modes import ModalModel, Spin
 from hpcwhirl.reduction.waves import diameter_matrices, quadratic_roots
 from hpcwhirl.structure import FourierOperator
 
-SLOW = 2 * np.pi * 150.0  # rad/s: 1F and suspension of the paper lie below
+SLOW = 2 * np.pi * 150.0  # rad/s, above the paper's 1F and suspension frequencies
 
 
 @dataclass(frozen=True)
 class Coupled:
-    """Equations of rotor and ring on one nodal diameter, x = (q, P), rotating frame.
+    """Linear equations of rotor and ring in contact, on one nodal diameter k.
+
+    They are x'' + C x' + K x = push lambda_k in the rotating frame, with m amplitudes
+    x = (q, P) of the modes of both bodies.
 
     Attributes
     ----------
-    damping, stiffness : (m, m), C and K in x'' + C x' + K x = push lambda
-    gap : (m,), row vector that gives the gap w - u from x
-    push : (m,), modal forces of a unit multiplier lambda_k
+    damping, stiffness : (m, m), C and K
+    gap : (m,), row vector; gap @ x is the gap w - u, m
+    push : (m,), modal forces of a unit multiplier lambda_k, with friction
     """
 
     damping: Complexes
@@ -52,11 +56,11 @@ class Coupled:
 
 
 def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
-    """Return the equations of both bodies on nodal diameter k of the rotor.
+    """Return the linear equations of rotor and ring on nodal diameter k of the rotor.
 
     Parameters
     ----------
-    model : a cyclic rotor in a ring of harmonics
+    model : model with a rotor of equal sectors in a ring of harmonics
     k : nodal diameter, 0 .. N // 2
     speed : Omega, rad/s
     friction : coefficient mu; friction drags against Omega
@@ -84,12 +88,14 @@ def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
 
 
 def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
-    """Return the rotor's part of `Coupled` at nodal diameter k, with friction mu.
+    """Return the rotor's part of `Coupled` at nodal diameter k, without rotation.
+
+    mu : friction coefficient with the sign of the speed
 
     Returns
     -------
     C, K : (m, m), of its m modes
-    gap, push : (m,), their entries in `Coupled.gap` and `Coupled.push`
+    gap, push : (m,), entries of these modes in `Coupled.gap` and `Coupled.push`
     """
     body, blades = model.rotor, model.blades
     modes = (body.diameter == k) & (body.phase == 0)
@@ -104,9 +110,12 @@ def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
 def _turning_part(
     model: Model, spin: Spin, k: int, speed: float, mu: float
 ) -> tuple[Complexes, ...]:
-    """Return the rotor's part of `Coupled` as `_rotor_part` does, with rotation.
+    """Return the rotor's part of `Coupled` at nodal diameter k, with rotation.
 
-    spin, speed : terms of rotation; Omega, rad/s
+    Returns C, K, gap, push like `_rotor_part`
+
+    spin, speed, mu : rotor's terms of rotation; Omega, rad/s; friction coefficient with
+        the sign of the speed
     """
     piece, blades = spin.waves[k], model.blades
     gyro, rate, stiffness, support = diameter_matrices(model.rotor, piece, speed)
@@ -119,9 +128,12 @@ def _turning_part(
 def _ring_part(
     model: Model, ring: FourierOperator, h: int, speed: float, mu: float
 ) -> tuple[Complexes, ...]:
-    """Return the ring's part of `Coupled` at harmonic h, -H .. H; see `_rotor_part`.
+    """Return the ring's part of `Coupled` at harmonic h, -H .. H, rotating frame.
 
-    ring, speed, mu : contact operator; Omega, rad/s; friction coefficient
+    Returns C, K, gap, push like `_rotor_part`, of the casing's modes of harmonic h
+
+    ring, speed, mu : contact operator of the casing; Omega, rad/s; friction coefficient
+        with the sign of the speed
     """
     body = model.casing
     if body is None:
@@ -145,12 +157,13 @@ def _ring_part(
 def _amplitudes(
     body: ModalModel, modes: NDArray[np.bool_], ring: FourierOperator, h: int
 ) -> tuple[Complexes, Complexes]:
-    """Return the ring's amplitudes W and U of e^{i h theta} in m chosen modes.
+    """Return the ring's radial and tangential amplitudes W, U of e^{i h theta}.
 
-    Both are (m,), 1/sqrt(kg). w = W cos h theta belongs to u = U sin |h| theta; for h =
-    0, U is a rotation.
+    Both are (m,), 1/sqrt(kg), of m modes of the casing. w = W cos h theta belongs to
+    u = U sin |h| theta; for h = 0, U is a rotation.
 
-    body, modes : the casing; whether each of its modes is chosen
+    body, modes : the casing; for each of its modes, whether it is one of the m
+    ring, h : contact operator of the casing; harmonic, -H .. H
     """
     at = abs(h)
     cosine = max(2 * at - 1, 0)
@@ -161,9 +174,11 @@ def _amplitudes(
 
 
 def closed_roots(pair: Coupled) -> Complexes:
-    """Return the 2 m - 2 roots s, 1/s, of motions e^{s t} with contacts held closed.
+    """Return the roots s, 1/s, of motions e^{s t} with all tips held on the ring.
 
-    pair : equations of rotor and ring
+    They are 2 m - 2 for the m modes of rotor and ring.
+
+    pair : equations from `coupled`
     """
     right = null_space(pair.gap[None, :])
     left = null_space(pair.push[None, :].conj())
@@ -177,10 +192,11 @@ def closed_roots(pair: Coupled) -> Complexes:
 
 
 def sprung_roots(pair: Coupled, stiffness: float) -> Complexes:
-    """Return the roots s with a spring at each blade instead of contact, (2 m,), 1/s.
+    """Return the roots s of motions e^{s t} with a spring at each tip, (2 m,), 1/s.
 
-    lambda = -stiffness (w - u): a contact that is closed only part of the time lies
-    between no contact (stiffness 0) and a closed one (infinite stiffness).
+    The spring, lambda = -stiffness (w - u), replaces contact: a contact that is closed
+    only part of the time lies between no contact (stiffness 0) and one that is always
+    closed (infinite stiffness).
 
     Parameters
     ----------
@@ -192,9 +208,9 @@ def sprung_roots(pair: Coupled, stiffness: float) -> Complexes:
 
 
 def fastest(roots: Complexes, below: float = np.inf) -> complex:
-    """Return the root s of largest growth Re s with |Im s| < `below`, rad/s.
+    """Return the fastest growing root s, the one of largest Re s, 1/s.
 
-    If no root lies below, Re s is -infinity.
+    Only roots with |Im s| < `below`, rad/s, count; if there is none, Re s is -infinity.
     """
     slow = roots[np.abs(roots.imag) < below]
     return complex(slow[np.argmax(slow.real)]) if len(slow) else complex(-np.inf, 0.0)
@@ -203,11 +219,13 @@ def fastest(roots: Complexes, below: float = np.inf) -> complex:
 def growth_of_diameter(
     model: Model, k: int, speed: float, friction: float
 ) -> dict[str, float]:
-    """Return growth rates of a nodal diameter with contacts held closed or sprung.
+    """Return how fast motions of nodal diameter k grow with the tips held on the ring.
+
+    Parameters are those of `coupled`.
 
     Returns
     -------
-    record: `nodal_diameter`; `closed`, 1/s, the largest growth of all roots and
+    dict: `nodal_diameter`; `closed`, 1/s, the largest growth of all roots and
     `closed_line`, rad/s, its frequency in the rotating frame; `slow` and `slow_line`,
     the same for roots below `SLOW`; `sprung`, 1/s, the largest growth below `SLOW` with
     springs of 1e3 .. 1e9 N/m at each blade, with `sprung_line`, and `spring`, N/m.

@@ -21,11 +21,11 @@ MOST_KEPT = 8  # number of cached windows, 32 bytes per sample each
 
 
 def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
-    """Return the two-sided amplitude spectrum of Z = X + i Y.
+    """Return the full spectrum of an orbit Z = X + i Y: amplitudes of both senses.
 
     Parameters
     ----------
-    orbit : (n,), m, equally spaced, n >= 4
+    orbit : (n,), m, X + i Y at equal intervals of time, n >= 4
     interval : s between samples
 
     Returns
@@ -44,12 +44,12 @@ def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _hann(count: int) -> tuple[Floats, Any, NDArray[np.intp], NDArray[np.intp]]:
-    """Return the Hann window and the order of spectral lines for `count` samples.
+    """Return the Hann window for `count` samples, and how to sort the lines of an FFT.
 
     Returns
     -------
-    Hann window (count,), its sum, the order that sorts lines of an FFT by frequency,
-    and the number of each sorted line, (count,), negative for negative frequencies
+    Hann window, (count,); its sum; indices that sort the lines of an FFT by frequency,
+    (count,); and the number of each sorted line, (count,), below 0 for frequencies < 0
     """
     # not scipy.signal's, whose import takes 0.4 s of every process's start
     window = 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, count + 1)[:-1])
@@ -62,7 +62,7 @@ def amplitude_spectrum(signal: Floats, interval: float) -> tuple[Floats, Floats]
 
     Parameters
     ----------
-    signal : (n,), e.g. m, equally spaced, n >= 4
+    signal : (n,), any unit, samples at equal intervals, n >= 4
     interval : s between samples
 
     Returns
@@ -79,15 +79,16 @@ def amplitude_spectrum(signal: Floats, interval: float) -> tuple[Floats, Floats]
 
 
 def pooled(where: Floats, amplitude: Floats, edges: Floats) -> Floats:
-    """Return the largest amplitude of a spectrum in each of m bins of an axis, (m,).
+    """Return the largest amplitude of a spectrum in each of m bins of frequency, (m,).
 
-    A coarse axis loses no spectral line; a bin narrower than the spectrum's resolution
-    takes the amplitude of the nearest line.
+    So a figure with coarse bins loses no spectral line; a bin narrower than the
+    spectrum's resolution takes the amplitude of the nearest line.
 
     Parameters
     ----------
-    where : (n,), ascending, frequencies or orders of the spectrum
-    amplitude : (n,)
+    where : (n,), ascending, frequency of each spectral line, or its order, the ratio to
+        the speed
+    amplitude : (n,), amplitude of each spectral line, any unit
     edges : (m + 1,), ascending, edges of the bins, in the unit of `where`
     """
     middle = (edges[1:] + edges[:-1]) / 2
@@ -101,24 +102,26 @@ def pooled(where: Floats, amplitude: Floats, edges: Floats) -> Floats:
 
 
 def cascade(spectra: Sequence[tuple[Floats, Floats]], edges: Floats) -> Floats:
-    """Return several spectra on a common axis of m bins, one column for each spectrum.
+    """Return several spectra on a common axis of m bins, for a picture over the speed.
 
     Parameters
     ----------
-    spectra : (where, amplitude) of each speed, see `pooled`
+    spectra : spectrum at each speed: frequencies and amplitudes of its lines
     edges : (m + 1,), edges of the bins, in the unit of `where`
 
     Returns
     -------
-    (m, len(spectra)), in the unit of the amplitudes
+    (m, len(spectra)), a column for each spectrum, in the unit of the amplitudes
     """
     return np.column_stack([pooled(w, a, edges) for w, a in spectra])
 
 
 def after_revolutions(time: Floats, speed: float, revolutions: float) -> slice:
-    """Return the slice of samples after a number of revolutions; all at speed 0.
+    """Return the slice of the samples that follow the first `revolutions` of a run.
 
-    time, speed : (n,), s; rad/s
+    At speed 0 it has all samples.
+
+    time, speed : (n,), s, time of each sample; Omega, rad/s
     """
     if speed == 0.0:
         return slice(0, None)
@@ -131,14 +134,17 @@ FEWEST = 16  # samples below which an orbit has no direction
 
 @dataclass(frozen=True)
 class WhirlNumbers:
-    """Evidence of whirl over a window of time; forward is positive.
+    """Numbers of the centre's orbit over a window of time, static frame.
+
+    They are the evidence of whirl; forward whirl is positive.
 
     Attributes
     ----------
-    ratio : (P+ - P-)/(P+ + P-) of the full spectrum, -1 to 1
+    ratio : (P+ - P-)/(P+ + P-), P being the power of the forward and of the backward
+        side of the full spectrum, -1 to 1
     area_rate : signed area that the orbit sweeps about its mean per second, m^2/s
-    line : frequency of the strongest line, rad/s
-    radius : rms distance from the mean, m
+    line : frequency of the strongest spectral line, rad/s
+    radius : rms distance of the centre from its mean position, m
     """
 
     ratio: float
@@ -164,11 +170,11 @@ def static_frame(centre: Floats, angle: Floats) -> Floats:
 
 
 def whole_revolutions(time: Floats, speed: float) -> slice:
-    """Return the slice of the last samples that make whole revolutions.
+    """Return the slice of samples that covers the most whole revolutions, to the end.
 
-    At speed 0, or if samples do not cover a revolution, the slice has all samples.
+    At speed 0, or if the samples do not cover a revolution, it has all samples.
 
-    time, speed : (n,), s, equally spaced; rad/s
+    time, speed : (n,), s, at equal intervals; Omega, rad/s
     """
     if speed == 0.0 or len(time) < 2:
         return slice(0, len(time))
@@ -183,7 +189,7 @@ def whole_revolutions(time: Floats, speed: float) -> slice:
 
 
 def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
-    """Return the evidence of whirl of an orbit.
+    """Return the evidence of whirl, such as direction and radius, of an orbit.
 
     Parameters
     ----------
@@ -224,9 +230,10 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
 
 
 def section(time: Floats, centre: Floats, speed: float) -> Floats:
-    """Return the centre's positions at whole revolutions, t = 2 pi m / |Omega|.
+    """Return the Poincaré section of an orbit: the centre's position once a revolution.
 
-    Interpolates linearly between samples, which must be much closer than a revolution.
+    The times are t = 2 pi m / |Omega|. Positions are interpolated linearly between
+    samples, which must be much closer than a revolution.
 
     Parameters
     ----------

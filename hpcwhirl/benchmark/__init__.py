@@ -1,1 +1,5 @@
-"""Benchmarks: time of a step, and cost and error of solver settings."""
+"""Benchmarks: time of a time step, and cost and error of solver settings.
+
+`bench` and `sizes` are for `hpcwhirl bench`, `tradeoff` and `trials` for `hpcwhirl
+tradeoff`.
+"""

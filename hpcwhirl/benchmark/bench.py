@@ -1,4 +1,7 @@
-"""Timing of one step of each scheme, in flight (without contact) and in contact."""
+"""Timing of one time step of each scheme, in flight (without contact) and in contact.
+
+A request names a scene and a scheme; a march is the integration whose steps are timed.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,7 @@ OPERATION: dict[str, dict[str, float | str]] = {  # {name of a variant: its inpu
 }
 FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
 FAR = 1.0  # m, a gap that no blade closes
-STEPS = 5_000  # steps timed in each repeat, from the same state, with the same contacts
+STEPS = 5_000  # steps timed in each repeat, always from the same state
 ROUNDS = 200_000  # iterations of the peak measurement; they take some 10 ms
 READ = 2e8  # bytes read in a measurement of bandwidth
 
@@ -41,10 +44,11 @@ class Timing:
 
     Attributes
     ----------
-    scheme : integrator
-    engine : name of the engine: `OWN`, or that of a variant
+    scheme : name of the integrator
+    engine : name of the engine: `OWN` for the scene's, or that of a variant
     contact : share of the timed steps that have contact
-    touching : mean number of blades in contact in a step with contact
+    touching : mean number of blades in contact in a step with contact; of contact
+        points if a tip has several
     microseconds_per_step : median over the repeats, us
     spread : (largest - smallest) / median of the repeats' times
     """
@@ -58,7 +62,9 @@ class Timing:
 
 
 def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
-    """Return a scene's integration, advanced beyond its pulse, that takes no samples.
+    """Return the integration of a scene whose steps are to be timed.
+
+    It has been advanced beyond the pulse, and stores no samples.
 
     scheme, contact : name of the integrator; whether blades may touch; otherwise the
         gap is `FAR`
@@ -79,6 +85,9 @@ def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
 class Asked:
     """A request to time the steps of a scene by one scheme.
 
+    Attributes
+    ----------
+    scene, scheme : the scene; name of the integrator
     contact : whether blades may touch; if not, the gap is `FAR`
     engine : name of the engine in the resulting `Timing`
     """
@@ -90,7 +99,7 @@ class Asked:
 
 
 def time_steps(asked: Sequence[Asked], repeats: int) -> list[Timing]:
-    """Return the timing of each request, see `time_marches`.
+    """Make the integration for each request, time its steps, and return the timings.
 
     asked, repeats : the requests; number of times that the steps of each are timed
     """
@@ -98,17 +107,20 @@ def time_steps(asked: Sequence[Asked], repeats: int) -> list[Timing]:
 
 
 def settled_all(asked: Sequence[Asked]) -> list[March]:
-    """Return for each request the integration whose steps are timed, see `settled`."""
+    """Return for each request the integration whose steps are to be timed.
+
+    Each has been advanced beyond the pulse, see `settled`.
+    """
     return [settled(a.scene, a.scheme, contact=a.contact) for a in asked]
 
 
 def time_marches(
     asked: Sequence[Asked], marches: Sequence[March], repeats: int
 ) -> list[Timing]:
-    """Return the timing of each request; all repeats take the same steps.
+    """Time the steps of each request's integration, and return the timings.
 
-    Requests take turns and processor time is measured, so that other load of the
-    machine affects all of them equally.
+    All repeats take the same steps. Requests take turns and processor time is measured,
+    so that other load of the machine affects all of them equally.
 
     asked, marches : the requests, and the integration of each by `settled_all`
     repeats : number of times that the steps of each are timed
@@ -134,7 +146,9 @@ def _timing(asked: Asked, march: March, before: Any, times: list[float]) -> Timi
 
 
 def _touching(march: March, saved: Any) -> float:
-    """Return the mean number of blades in contact in a step with contact.
+    """Return the mean number of blades in contact in those timed steps that have any.
+
+    If a tip has several contact points, these are counted instead of blades.
 
     march, saved : integration; its state at the first of the timed steps
     """
@@ -148,10 +162,11 @@ def _touching(march: March, saved: Any) -> float:
 
 
 def tail_ratio(scene: Scene, repeats: int) -> float:
-    """Return the time of a step of a decayed motion, divided by that of a large one.
+    """Return how much slower a step is once the motion has decayed: a ratio of times.
 
-    The ratio shows whether a decayed motion, of which products of amplitudes would be
-    denormal numbers, is slower.
+    Products of the amplitudes of a decayed motion would be denormal numbers, with which
+    processors compute slowly; the ratio to the time of a large motion shows whether
+    this happens.
 
     repeats : number of timings of each step, of which the median counts
     """
@@ -163,13 +178,13 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
 
 
 def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
-    """Return the requests for timings of a scene and its variants.
+    """Return the requests for the timings that `hpcwhirl bench` prints.
 
-    Each is timed in flight and in contact. All schemes are timed on the scene's engine,
-    and the default scheme on the other engines; on that with rotation also the scheme
-    that jumps over free steps.
+    Each scene is timed in flight and in contact. All schemes are timed on the scene's
+    engine, and the default scheme on the variants; on that with rotation also the
+    scheme that jumps over steps without contact.
 
-    engines : {name: variant of the scene}
+    engines : {name: scene with a variant of the engine}
     """
     schemes = [(scene, scheme, OWN) for scheme in NAMES]
     variants = [
@@ -186,9 +201,10 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
 
 
 def in_operation(scene: Scene) -> dict[str, Scene]:
-    """Return {name: variant of a scene} with the inputs in `OPERATION`, such as wear.
+    """Return variants of a scene with one more feature each, {name: scene}.
 
-    {} if the scene has one of these features already, or does not allow all of them.
+    The features are those in `OPERATION`, such as wear. {} if the scene has one of them
+    already, or does not allow all of them.
     """
     spin = resolve(scene).model.rotor.spin
     plain = spin is None or (spin.support.is_plain and spin.released is None)
@@ -199,12 +215,12 @@ def in_operation(scene: Scene) -> dict[str, Scene]:
 
 
 def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
-    """Return {engine: ratios of a step's time with a feature to that without it}.
+    """Return how much a feature, such as rotation, lengthens a step: ratios of times.
 
     Features are rotation, for each engine, and those of `OPERATION`. An engine is left
     out if no blade touches in the timed steps, with the feature or without it.
 
-    The ratios are those of the default scheme:
+    Returns {engine: ratios}, of the default scheme:
 
     `in_flight` : ratio for steps without contact
     `in_contact` : ratio for steps in which blades touch; mean times of all steps are
@@ -212,7 +228,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
     `shares` : share of timed steps with contact, with the feature and without
     `touching` : mean number of blades in contact in a step with contact, with and
         without
-    timings : times of a step, with and without these features
+    timings : all timings, with and without these features
     """
     of = {(t.scheme, t.engine, t.contact > 0.0): t for t in timings}
     found = {}
@@ -238,16 +254,20 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
 
 
 def apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
-    """Return the time of a step without contact, and that of a step with contact, us.
+    """Return the times of a step without, and of a step with contact, us each.
 
-    flight, mixed : a timing without contact, and a timing with contact in some steps
+    They are computed from two timings of the same engine.
+
+    flight, mixed : timing without contact; timing in which some steps have contact
     """
     first = flight.microseconds_per_step
     return first, first + (mixed.microseconds_per_step - first) / mixed.contact
 
 
 def fma_peak(repeats: int) -> float:
-    """Return the measured peak rate of a core, GFLOP/s; a multiply-add counts twice.
+    """Measure the highest rate at which a core computes multiply-adds, GFLOP/s.
+
+    A multiply-add counts as two operations.
 
     repeats : number of measurements, of which the fastest counts
     """
@@ -262,7 +282,10 @@ def fma_peak(repeats: int) -> float:
 
 
 def read_bandwidth(size: float) -> float:
-    """Return the measured bandwidth, GB/s, of reading `size` bytes again and again."""
+    """Measure the rate, GB/s, at which a core reads an array again and again.
+
+    size : bytes of the array
+    """
     values = np.ones(max(int(size) // 32, 16) * 4)
     rounds = max(int(READ / values.nbytes), 1)
     total_again(1, values)
@@ -275,9 +298,9 @@ def read_bandwidth(size: float) -> float:
 
 
 def bytes_of(scene: Scene, scheme: str) -> int:
-    """Return the size, bytes, of the arrays by which a scheme integrates a scene.
+    """Return how many bytes the arrays have with which a scheme integrates a scene.
 
-    They are the state of the motion and the scheme's operators.
+    The arrays are the state of the motion and the scheme's operators.
     """
     short = apply_settings(scene, {"scheme": scheme, "duration": 1e-3})
     march = March(resolve(short))

@@ -41,7 +41,7 @@ from hpcwhirl.scene.schemes import DEFAULT
 
 ITEMS_OF_ROTOR, ITEMS_OF_RING = 4, 6  # array elements of a mode that a free step reads
 SIZES = 22, 44, 88, 176
-MOST_SEVERAL = 44  # largest number of blades also timed with several points a tip
+MOST_SEVERAL = 44  # largest number of blades timed also with several points a tip
 CYCLIC, UNEQUAL = "equal", "unequal"
 FLIGHT, GIVEN, RUBS, PRESSED = "in flight", "as given", "rubs", "all press"
 RUBBING = "mostly_damped"  # a scene with contact in every step after the first contact
@@ -55,9 +55,12 @@ AROUND: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Counts:
-    """Work of a time step: floating-point operations, and bytes of the arrays it uses.
+    """The work of a mean time step.
 
-    Padding of the arrays is included.
+    Attributes
+    ----------
+    operations : floating-point operations
+    bytes : size of the arrays that the step reads and writes; padding is included
     """
 
     operations: float
@@ -66,14 +69,14 @@ class Counts:
 
 @dataclass(frozen=True)
 class Row:
-    """One timing of a step, and its shares of the machine's peak and bandwidth.
+    """A timing of a step with N blades, and how close it is to the machine's limits.
 
     Attributes
     ----------
-    blades, points : N, n_c
-    sectors : `CYCLIC` or `UNEQUAL`
-    motion : `FLIGHT`, `GIVEN`, `RUBS` or `PRESSED`
-    timing : time of the motion's steps, see `Timing`
+    blades, points : N; n_c, number of contact points a tip
+    sectors : whether sectors are equal: `CYCLIC` or `UNEQUAL`
+    motion : which motion is timed: `FLIGHT`, `GIVEN`, `RUBS` or `PRESSED`
+    timing : measured time of a step
     step_in_contact : time of a step with contact, us; 0 if no step had contact
     counts : operations and bytes of a mean step; with contact a lower bound
     peak, bandwidth : operations and bytes per second, each divided by the highest rate
@@ -92,12 +95,18 @@ class Row:
 
 
 def pattern(blades: int) -> list[float]:
-    """Return relative changes of the N blades' moduli, for a mistuned engine."""
+    """Return the mistuning of an engine with unequal blades, for timings.
+
+    They are relative changes of Young's modulus, one for each of N = `blades` blades.
+    """
     return [UNEVEN * math.sin(7.0 * j) for j in range(blades)]
 
 
 def sized(scene: Scene, blades: int) -> Scene:
-    """Return a scene with N `blades`, and as many modes per blade as before."""
+    """Return a scene with another number of blades and as many modes per blade.
+
+    blades : the new number N
+    """
     own = scene.engine.rotor.blades
     modes = round(scene.solver.modes * blades / own)
     return apply_settings(scene, {"blades": blades, "modes": modes})
@@ -110,12 +119,12 @@ def rows_of(
     peak: float,
     several: Sequence[Callable[[Scene], Scene]] = (),
 ) -> list[Row]:
-    """Return the timings of a scene's motions for each number of blades.
+    """Time a step of several motions of a scene for each number of blades.
 
     Parameters
     ----------
     scene : scene whose number of blades is changed
-    sizes, repeats : numbers of blades, and number of repeats of each timing
+    sizes, repeats : numbers of blades; number of repeats of each timing
     peak : GFLOP/s, measured peak rate
     several : functions that return a scene with several contact points a tip
 
@@ -161,11 +170,12 @@ def _of_size(
 def requests_of(
     scene: Scene, blades: int, several: Sequence[Callable[[Scene], Scene]]
 ) -> list[tuple[str, str, Asked]]:
-    """Return (sectors, motion, request) of each timing with N `blades`.
+    """Return the requests for all timings with N blades by the scheme `modal`.
 
-    The scheme is `modal`.
+    Each is (sectors, motion, request), the first two named as in `Row`.
 
-    several : functions that return a scene with several contact points a tip
+    blades : N
+    several : functions that turn a scene into one with several contact points a tip
     """
     found = []
     for sectors in (CYCLIC, UNEQUAL):
@@ -185,9 +195,10 @@ def requests_of(
 def asked_of(
     scene: Scene, blades: int, sectors: str, motion: str, scheme: str = DEFAULT
 ) -> Asked:
-    """Return the request to time a motion, named as in `Row`, with N `blades`.
+    """Return the request to time the steps of one motion with N blades.
 
-    sectors, scheme : `CYCLIC` or `UNEQUAL`; name of the integrator
+    blades, scheme : N; name of the integrator
+    sectors, motion : whether sectors are equal, and which motion, named as in `Row`
     """
     if motion == RUBS:
         rubbing = {"plan": scene.solver.plan}
@@ -215,7 +226,10 @@ def _row(
 
 
 def counts_of(march: March, touching: float = 0.0) -> Counts:
-    """Return the operations and bytes of a mean step with `touching` blades in contact.
+    """Count the operations and bytes of a mean step; return these counts.
+
+    march, touching : integration whose steps are counted; mean number of blades in
+        contact
 
     A step without contact takes 11 operations for a real amplitude of the rotor, 36 for
     a complex one of the ring, 2 for an entry of the transform, 4 for a gap; in
@@ -255,7 +269,11 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
 
 
 def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
-    """Return the counts of a step with several points a tip and both bodies as waves.
+    """Count operations and bytes of a mean step with several contact points a tip.
+
+    rotor, points : arrays of a rotor that is integrated as waves; number of points, N
+        n_c
+    touching : mean number of points in contact
 
     A wave takes 8 operations, a point 3. The four rows of a touching point take 2 for
     each entry. With equal sectors each of the n_c points of a tip at which a blade
@@ -276,9 +294,9 @@ def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
 
 
 def _turned(rotor: Any, state: CyclicState) -> float:
-    """Return the number of operations that advance a rotor's amplitudes by a step.
+    """Return how many operations advance a rotor's modal amplitudes by a step.
 
-    rotor, state : arrays of the rotor's kernel; state of its integration
+    rotor, state : arrays that the kernel uses for the rotor; state of the integration
     """
     if isinstance(rotor, WaveRotor):
         return 6 * int(rotor.hub.shape[1])
@@ -288,10 +306,13 @@ def _turned(rotor: Any, state: CyclicState) -> float:
 
 
 def _rotor_rows(rotor: Any) -> tuple[float, int]:
-    """Return the numbers of a rotor's matrix entries that a step reads, of two kinds.
+    """Return how many entries of a rotor's matrices a step reads.
 
-    Entries read in every step; entries read if all blades are in contact. If the rotor
-    is integrated as waves, tips far from the casing are not read.
+    Returns the number read in every step, and the number read in addition if all blades
+    are in contact. If the rotor is integrated as waves, tips far from the casing are
+    not read.
+
+    rotor : arrays that the kernel uses for the rotor
     """
     if isinstance(rotor, WholeRotor | UncoupledRotor):
         rows = rotor.read, rotor.push, rotor.slides, rotor.ring
@@ -302,7 +323,7 @@ def _rotor_rows(rotor: Any) -> tuple[float, int]:
 
 
 def table(rows: Sequence[Row]) -> list[list[str]]:
-    """Return `rows` as a table of texts: column names, then a line for each timing."""
+    """Return timings as a table of texts: column names, then a list for each timing."""
     head = [
         "blades", "points", "sectors", "scheme", "motion", "in contact", "touching",
         "µs a step", "in contact, µs", "operations", "kB", "of the peak",
@@ -327,9 +348,11 @@ def _line(row: Row) -> list[str]:
 
 
 def over_single(rows: Sequence[Row]) -> list[str]:
-    """Return lines: step time with several points a tip, divided by that with one.
+    """Return lines of text on how much several contact points a tip lengthen a step.
 
-    rows : timings of a step, with one point a tip and with several
+    They give the time of a step, divided by that with one point a tip.
+
+    rows : timings with one point a tip and with several
     """
     of = {
         (row.blades, row.sectors, row.motion, row.points): row

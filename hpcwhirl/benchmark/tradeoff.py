@@ -1,4 +1,10 @@
-"""Comparison of solver settings by cost and by error against a finer reference."""
+"""Comparison of solver settings by cost and by error against a finer reference.
+
+Each scene is integrated with each setting, such as another scheme or time step, and
+with the reference, whose settings are more accurate than needed. This is repeated for
+twins, copies whose force differs by a tiny amount, since small differences grow in a
+motion with contact.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +26,7 @@ from hpcwhirl.scene.words import word_of
 
 NUDGE = 1e-7  # relative change of the force from one twin of a case to the next
 CONFIDENCE = 0.95
-LEAST = 0.01  # of the gap: least displacement of the centre that scales an error
+LEAST = 0.01  # least displacement by which errors of the centre are divided / gap
 WARM = 200  # steps that compile a kernel before the timing
 # {name of a number: scale of its error, see `difference`}
 NUMBERS = {
@@ -38,10 +44,13 @@ SCORED = ("orbit_radius", "contact_impulse", "centre_peak", "tip_peak")
 
 @dataclass(frozen=True)
 class Sample:
-    """One integration of a scene: its words, numbers and cost.
+    """Words, numbers and cost of one integration of a scene.
 
-    words : regime and whirl
-    numbers, seconds : {name: number}, names of `NUMBERS`; processor time, s
+    Attributes
+    ----------
+    words : regime, or why there is none, and whirl
+    numbers : {name in `NUMBERS`: number}, and the window, s, and ledger error
+    seconds : processor time, s
     """
 
     words: tuple[str, str]
@@ -56,14 +65,14 @@ class Compared:
     Attributes
     ----------
     scene : name of the scene
-    axis, label : property that the setting varies, and name of the setting
-    inputs : {name: value} of the setting
-    seconds : processor time of each repeat, s
-    words : "REGIME WHIRL" of each repeat
-    agree : number of repeats with the reference's words
-    errors : {name: relative error of the mean over the repeats}, names of `NUMBERS`
+    axis, label : what the setting varies, such as the scheme; name of the setting
+    inputs : {input: value} of the setting
+    seconds : processor time of each twin, s
+    words : "REGIME WHIRL" of each twin
+    agree : number of twins with the reference's words
+    errors : {name in `NUMBERS`: relative error of the mean over the twins}
     margins : {name: half the confidence interval of that error}
-    ledger : largest |ledger_error|
+    ledger : largest |ledger_error| of any twin
     refused : error message if the setting was refused, else ""
     """
 
@@ -81,17 +90,18 @@ class Compared:
 
     @property
     def score(self) -> float:
-        """The largest error of the numbers `SCORED`; infinite if refused."""
+        """Largest relative error of the numbers `SCORED`; infinite if refused."""
         if self.refused:
             return math.inf
         return max((self.errors[n] for n in SCORED if n in self.errors), default=0.0)
 
 
 def run_once(scene: Scene, twin: int) -> Sample:
-    """Integrate a scene with its force (if 0, its gap) times 1 + `twin` * `NUDGE`.
+    """Integrate one twin of a scene; return its words, numbers and processor time.
 
-    The timed run keeps the traces that the scene asks for. Unless these are full, a
-    second run with full traces gives the peak displacement of the tips.
+    Twin number `twin` has the scene's force (if that is 0, its gap) times 1 + `twin` *
+    `NUDGE`. The timed run keeps the traces that the scene asks for. Unless these are
+    full, a second run with full traces gives the peak displacement of the tips.
     """
     nudged = "force" if scene.is_loaded else "gap"
     larger = getattr(scene, nudged) * (1.0 + twin * NUDGE)
@@ -117,16 +127,22 @@ def _sample(result: Result, seconds: float) -> Sample:
 
 
 def _warm(scene: Scene) -> None:
-    """Compile the kernels of a scene and make its model, before the timing."""
+    """Integrate a few steps of a scene before the timing.
+
+    So its kernels are compiled and its model is made.
+    """
     step = scene.solver.time_step
     short = {"duration": WARM * step, "revolutions": 0.0, "interval": step}
     simulate(apply_settings(scene, short))
 
 
 def _possible(finest: Scene) -> Scene:
-    """Compile the kernels of the reference scene `finest`; return that scene.
+    """Return the reference of a scene in a form that can be integrated.
 
-    If its scheme is refused, the default scheme is used instead.
+    If its scheme is refused for this scene, it gets the default scheme. Its kernels are
+    compiled, too.
+
+    finest : the scene with the settings of the reference
     """
     try:
         _warm(finest)
@@ -143,9 +159,9 @@ def compare(
 
     Parameters
     ----------
-    name, scene : name of the scene, and the scene
+    name, scene : name of the scene; the scene
     setting : inputs to set in the scene
-    reference : runs of the scene's twins with the settings of the reference
+    reference : results of the scene's twins with the settings of the reference
     repeats : number of twins to integrate and time
     """
     out = Compared(name, setting.axis, setting.label, setting.inputs)
@@ -178,17 +194,18 @@ def _usual_words(samples: Sequence[Sample]) -> tuple[str, str]:
 def difference(
     number: str, samples: Sequence[Sample], reference: Sequence[Sample], gap: float
 ) -> tuple[float, float] | None:
-    """Return (relative error of a number's mean, half the confidence interval).
+    """Return the relative error of a number, and half its confidence interval.
 
-    Errors are relative to the reference's mean; for displacements of the centre to at
-    least `LEAST` times the gap. The error of a growth rate is multiplied by the window,
-    which makes it a change of ln amplitude. Return None if a value is not finite, or if
-    both samples and reference are 0.
+    The error is that of the mean over twins, relative to the reference's mean; for
+    displacements of the centre to at least `LEAST` times the gap. The error of a growth
+    rate is multiplied by the window, which makes it a change of ln amplitude. Return
+    None if a value is not finite, or if both samples and reference are 0.
 
     Parameters
     ----------
-    number : one of `NUMBERS`
-    samples, reference : runs of one scene's twins, with the setting and the reference
+    number : name of the number, one of `NUMBERS`
+    samples, reference : results of one scene's twins, with the setting and with the
+        reference
     gap : m
     """
     a = np.array([s.numbers.get(number, math.nan) for s in samples])
@@ -206,9 +223,9 @@ def difference(
 
 
 def _margin(a: Any, b: Any) -> float:
-    """Return half the confidence interval of a difference of two means (Welch).
+    """Return half the confidence interval of the difference of two means (Welch).
 
-    a, b : values of one number in the runs of two samples
+    a, b : values of one number in the twins with two settings
     """
     if min(len(a), len(b)) < 2:
         return math.inf
@@ -220,11 +237,12 @@ def _margin(a: Any, b: Any) -> float:
 
 
 def floor_of(reference: Sequence[Sample], gap: float) -> dict[str, float]:
-    """Return {name: largest error of one twin against the mean of the other twins}.
+    """Return how much numbers of a scene differ by chance alone, between twins.
 
-    Names are those of `NUMBERS`.
+    Returns {name in `NUMBERS`: largest relative error of one twin against the mean of
+    the others}; a setting with smaller errors is as good as the reference
 
-    reference, gap : runs of a scene's twins with the settings of the reference; m
+    reference, gap : results of a scene's twins with the settings of the reference; m
     """
     out = {}
     for number in NUMBERS:
@@ -240,13 +258,13 @@ def floor_of(reference: Sequence[Sample], gap: float) -> dict[str, float]:
 
 @dataclass
 class Tradeoff:
-    """Results of a comparison of settings.
+    """Results of a comparison of solver settings on several scenes.
 
     Attributes
     ----------
     compared : results of each setting on each scene
     words : {scene: words of the reference's twins}
-    floors : {scene: result of `floor_of`}; errors below it are due to chance
+    floors : {scene: errors that chance alone makes, see `floor_of`}
     reference : inputs of the reference
     reference_seconds : {scene: median processor time of a reference run, s}
     """
@@ -258,7 +276,7 @@ class Tradeoff:
     reference_seconds: dict[str, float]
 
     def facts(self) -> dict[str, Any]:
-        """Return all results as data for JSON, with the score of each comparison."""
+        """Return the results as data for JSON, with the score of each comparison."""
         rows = [asdict(row) | {"score": row.score} for row in self.compared]
         return asdict(self) | {"compared": rows}
 

@@ -1,4 +1,8 @@
-"""The scenes and settings that `hpcwhirl tradeoff` compares, from an embedded table."""
+"""The scenes and solver settings that `hpcwhirl tradeoff` compares, from trials.toml.
+
+A setting changes one property of the solver, its axis, such as the scheme or the time
+step; the reference is a setting of high accuracy.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,13 @@ A_BLADE = "modes_a_blade"  # key of a setting: fixed-interface modes / N
 
 @dataclass(frozen=True)
 class Setting:
-    """Inputs of a run: `axis` names the property varied, `label` the setting itself."""
+    """A setting of the solver that `hpcwhirl tradeoff` tries.
+
+    Attributes
+    ----------
+    axis, label : what the setting varies, such as the scheme; name of the setting
+    inputs : {input: value} that it sets in a scene
+    """
 
     axis: str
     label: str
@@ -28,24 +38,26 @@ class Setting:
 
 
 def trials() -> dict[str, Any]:
-    """Return the embedded table of scenes, axes, combinations and the reference."""
+    """Return the table trials.toml: scenes, settings by axis, and the reference."""
     text = resources.files("hpcwhirl.benchmark").joinpath("trials.toml").read_text()
     return tomllib.loads(text)
 
 
 def default_scenes(base: Scene) -> dict[str, Scene]:
-    """Return {name: scene}: one for each kind of motion, and one near a boundary.
+    """Return the scenes on which settings are compared by default, {name: scene}.
 
-    base : scene whose inputs they change
+    There is one for each kind of motion, and one near a boundary between two words.
+
+    base : scene of which each one changes some inputs
     """
     table = trials()["scenes"]
     return {name: apply_settings(base, inputs) for name, inputs in table.items()}
 
 
 def applied(scene: Scene, inputs: Settings) -> Scene:
-    """Return the scene with inputs set.
+    """Return a scene with the inputs of a setting.
 
-    inputs : {input: value}; `modes_a_blade`, times N, sets the input `modes`
+    inputs : {input: value}; the key `modes_a_blade`, times N, sets the input `modes`
     """
     settings: dict[str, Any] = {"until": "end", **inputs}
     if "time_step" in inputs:  # otherwise the input accuracy would choose it
@@ -58,7 +70,7 @@ def applied(scene: Scene, inputs: Settings) -> Scene:
 
 
 def reference_of(scene: Scene) -> Scene:
-    """Return the scene with the reference's settings, and traces of all tips."""
+    """Return a scene with the accurate settings of the reference, and full traces."""
     scene = resolve(scene).scene  # modes and step are chosen by error bounds
     table, engine, solver = trials()["reference"], scene.engine, scene.solver
     modes = table[A_BLADE] * engine.rotor.blades
@@ -79,7 +91,7 @@ def reference_of(scene: Scene) -> Scene:
 
 
 def axes() -> tuple[str, ...]:
-    """Return the properties that settings vary, such as the time step, by name.
+    """Return the names of what settings vary, such as the time step.
 
     Those that take long to compare are last.
     """
@@ -88,7 +100,9 @@ def axes() -> tuple[str, ...]:
 
 
 def settings_of(names: Sequence[str] = ()) -> list[Setting]:
-    """Return the settings of the named axes; without names, of all but slow axes.
+    """Return the settings that vary the named axes.
+
+    names : names from `axes`; none: all but those that take long to compare
 
     Raises
     ------

@@ -1,7 +1,9 @@
 """Command line: the table of sub-commands and the entry point `main`.
 
-Modules are imported only when needed, so that `--help` is fast. For `campaign`, the
-handlers of signals are installed before anything else is imported.
+Each sub-command is a module with `arguments`, which declares its options, and `run`,
+which does its work and returns the exit code. Modules are imported only when needed, so
+that `--help` is fast. For `campaign`, the handlers of signals are installed before
+anything else is imported.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""One option of a command, declared as its help shows it; light to import."""
+"""Declaration of one option of a command, in the form in which its help shows it.
+
+This module imports nothing slow, so that `--help` is fast.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ def add_option(
     default: Any = None,
     **how: Any,
 ) -> None:
-    """Add an option, declared as its help shows it.
+    """Add an option to a command's parser.
 
     Parameters
     ----------
@@ -24,7 +27,7 @@ def add_option(
     told : help text of the option
     default : default value; a number also sets the option's type, a list means that
         the option may be repeated
-    how : further arguments of `add_argument`
+    how : further arguments of argparse's `add_argument`
     """
     names, _, shape = usage.partition(" ")
     if not shape:

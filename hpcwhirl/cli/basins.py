@@ -37,7 +37,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a row for each sweep point and motion, and draw the shares of starts."""
+    """Print the share of starts that end on each motion, and draw these shares.
+
+    The table has a row for each point of the sweep and motion; returns the exit code.
+    """
     from hpcwhirl.analysis.basins import basins
     from hpcwhirl.report.figures.coexisting import draw_fractions
     from hpcwhirl.store.hdf5 import reading
@@ -63,7 +66,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def columns_of(found: xarray.Dataset) -> dict[str, Any]:
-    """Return the table {column: (rows,)}: a row for each sweep point and motion.
+    """Return the printed table of shares of starts, {column: (rows,)}.
+
+    It has a row for each point of the sweep and motion.
 
     A point has rows only for the attractors that occur there, but for every regime that
     occurs at any point, since a share of zero is a result, too.
@@ -87,7 +92,12 @@ def columns_of(found: xarray.Dataset) -> dict[str, Any]:
 
 
 def summary(found: xarray.Dataset) -> str:
-    """Return a line: how many sweep points have starts that end on several motions."""
+    """Return a sentence on how many points of the sweep have several motions.
+
+    At such a point some starts end on one motion, some on another.
+
+    found : result of the analysis `basins`
+    """
     from hpcwhirl.store.reading.shares import interval
 
     along = str(found["count"].dims[1])

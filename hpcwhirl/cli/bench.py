@@ -71,7 +71,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Time the schemes in this process and print a table."""
+    """Time a step of each scheme on this core, and print the times.
+
+    With --sizes it times engines of several numbers of blades instead. Returns the exit
+    code
+    """
     if args.repeats < 1:
         raise InputError(f"--repeats must be >= 1, got {args.repeats}")
     scene = scene_of(args.scene, args.settings)
@@ -113,12 +117,15 @@ def _sizes(scene: Scene, args: argparse.Namespace) -> int:
 
 
 def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
-    """Return times per step of all schemes, FLOP rates without contact, and peak rate.
+    """Time a step of each scheme; return the numbers that `bench` prints, by name.
+
+    They are times of a step on the scene's engine and its variants, rates of
+    floating-point operations without contact, and the measured peak rate of a core.
 
     Parameters
     ----------
-    scene : the case to time
-    repeats : number of timed repetitions
+    scene : case to time
+    repeats : number of times that each timing is repeated
     """
     from hpcwhirl.benchmark import bench
     from hpcwhirl.benchmark.sizes import counts_of
@@ -143,14 +150,15 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
 
 
 def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
-    """Return {name: scene} of engine variants: mistuned, with rotation, from files.
+    """Return variants of a scene's engine to time, {name: scene with the variant}.
 
-    The result is {} if the engine comes from a file or is mistuned already.
+    They are mistuned, with rotation, or read from files. {} if the engine comes from a
+    file or is mistuned already.
 
     Parameters
     ----------
     scene : a scene with a built-in engine
-    folder : directory for the engine files
+    folder : directory in which engine files are written
     """
     from hpcwhirl.benchmark.bench import FULL
     from hpcwhirl.benchmark.sizes import pattern
@@ -174,11 +182,14 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
 
 
 def with_points(folder: Path, scene: Scene, points: int = POINTS) -> Scene:
-    """Return a scene whose engine, written to a file, has several points per tip.
+    """Return the scene with an engine from file that has several contact points a tip.
 
-    The points are spread evenly over the chord; two are one end and the middle. As if
-    blades twisted, one end of a tip moves radially by the fraction `TWIST` less than
-    the middle, the other end by as much more; the reverse in modes of odd rank.
+    The file is written from the scene's engine. The points are spread evenly over the
+    chord; two are one end and the middle. As if blades twisted, one end of a tip moves
+    radially by the fraction `TWIST` less than the middle, the other end by as much
+    more; the reverse in modes of odd rank.
+
+    folder, points : directory in which the file is written; number of points of a tip
     """
     from hpcwhirl.case.resolve import resolve
     from hpcwhirl.cli.export_model import arrays_of
@@ -209,10 +220,11 @@ def with_points(folder: Path, scene: Scene, points: int = POINTS) -> Scene:
 
 
 def whole_cases(scene: Scene) -> list[dict[str, Any]]:
-    """Integrate `CASES` by each scheme that can use symmetry; return a record for each.
+    """Time whole cases, one for each regime, by each scheme that can use symmetry.
 
-    Symmetry: one of several sectors that move alike is integrated. A record has speed,
-    gap, scheme, words, steps, end time (s) and wall time (s).
+    With symmetry only one of several sectors that move alike is integrated. Returns a
+    dict for each case of `CASES` and scheme: speed, gap, scheme, words, steps, end time
+    (s) and wall time (s)
     """
     from hpcwhirl.campaign.simulate import simulate
 
@@ -229,10 +241,11 @@ def whole_cases(scene: Scene) -> list[dict[str, Any]]:
 
 
 def start_of(scheme: str) -> dict[str, Any]:
-    """Time new processes that take one time step, the first with an empty cache.
+    """Time how long a new process takes to start and integrate one time step.
 
-    The result has, for each of `STARTS`, wall and processor time, s, and the number of
-    functions compiled.
+    The first process has an empty cache of compiled functions. Returns for each of
+    `STARTS` its wall and processor time, s, and the number of functions that it
+    compiled
 
     scheme : name of the integrator
     """
@@ -252,12 +265,12 @@ def start_of(scheme: str) -> dict[str, Any]:
 
 
 def _compiled(cache: str) -> int:
-    """Return the number of compiled functions in a cache directory."""
+    """Return how many compiled functions a directory has that numba uses as cache."""
     return sum(1 for _ in Path(cache).rglob("*.nbc"))
 
 
 def _of_children() -> float:
-    """Return the processor time of all ended child processes in user mode, s."""
+    """Return the processor time, user mode, s, of this process's ended children."""
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
 
 

@@ -26,7 +26,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a row for each change of word, and the number of points with two words."""
+    """Print the changes of word along all branches, a row for each.
+
+    A line below says at how many points branches have different words. Returns the exit
+    code
+    """
     from hpcwhirl.analysis.branches import branches_of, folds_of, words_apart
     from hpcwhirl.report.figures.kinds import cases_at
     from hpcwhirl.scene.quantities import INPUTS, variable_name
@@ -53,9 +57,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _columns(folds: list[Fold], others: list[str]) -> dict[str, Any]:
-    """Return the table {column: (folds,)}: a row for each fold, a change of word.
+    """Return the printed table of changes of word along branches, {column: (folds,)}.
 
-    others : inputs that all cases of a branch share
+    folds : the changes, see `analysis.branches.Fold`
+    others : names of the inputs that have one value along a branch
     """
     rows = [list(fold.branch.others.values()) for fold in folds]
     out = {name: np.array([row[n] for row in rows]) for n, name in enumerate(others)}

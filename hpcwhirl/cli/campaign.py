@@ -41,7 +41,10 @@ __all__ = ["arguments", "run"]
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run or continue a campaign on all ranks; return the exit code."""
+    """Run or continue a campaign on all MPI ranks; return the exit code.
+
+    With --dry-run only rank 0 works, and prints a forecast.
+    """
     with Stopping() as stopping:  # until the end: a signal must not interrupt gathering
         from hpcwhirl.campaign.run import Session
 
@@ -64,9 +67,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _broken(args: argparse.Namespace, session: Session, failed: BaseException) -> int:
-    """Print the error of this rank; return the exit code for all ranks.
+    """Print the error that broke off this rank's work; return the exit code.
 
-    session, failed : invocation of the campaign; the exception
+    All ranks exit with this code.
+
+    session, failed : this run of the command; the exception
     """
     if isinstance(failed, NoRoomError):
         _tell_stopped(session.directory or args.out, str(failed))
@@ -80,7 +85,7 @@ def _broken(args: argparse.Namespace, session: Session, failed: BaseException) -
 
 
 def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
-    """Print what the campaign will cost, and warn of inputs; return exit code 0.
+    """Print the forecast of --dry-run, then warnings on inputs; return exit code 0.
 
     session, prepared : invocation of the campaign; the campaign and its options
 
@@ -100,9 +105,11 @@ def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> 
 
 
 def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
-    """Print a forecast for the cases left, learned from ended ones; return code 0.
+    """Print a forecast of what the cases left will cost; return exit code 0.
 
-    session, prepared : invocation of the campaign; the campaign and its options
+    It is learned from the cases that have ended, if there are any.
+
+    session, prepared : this run of the command; the campaign and its options
     """
     from hpcwhirl.campaign.begin import extended_by
     from hpcwhirl.campaign.foresight.forecast import age, forecast
@@ -117,9 +124,9 @@ def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) ->
 
 
 def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> int:
-    """Print on rank 0 why the preparation failed; return the exit code.
+    """Print on rank 0 why the campaign could not begin; return the exit code.
 
-    failure, root : the error; whether this process is rank 0
+    failure, root : error of the preparation; whether this process is rank 0
     """
     from hpcwhirl.store.directory.owner import BrokenOffError
 
@@ -132,18 +139,22 @@ def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> in
 
 
 def _tell_inputs(design: Design) -> None:
-    """Print warnings about inputs, after all checks, so that an error is one line."""
+    """Print warnings on inputs that look wrong, such as a wrong unit.
+
+    This comes after all checks, so that an error is the only line printed.
+    """
     tell_remarks(design.columns, load=True)
 
 
 def _conclude(
     args: argparse.Namespace, session: Session, ending: Any, prepared: Prepared
 ) -> int:
-    """Print how the campaign ended, draw map and page, and return the exit code.
+    """Print how a campaign's run ended, draw map and page; return the exit code.
 
-    If the time of a pilot is over, print a forecast for the cases left instead.
+    After a pilot, the forecast for the cases left is printed instead.
 
-    ending, prepared : outcome of the run; the campaign and its options
+    session, ending : this run of the command; how it ended
+    prepared : the campaign and its options
     """
     if ending.piloted and not ending.complete:
         return _foretell(args, session, prepared)
@@ -155,7 +166,10 @@ def _conclude(
 
 
 def _conclude_early(args: argparse.Namespace, ending: Any) -> int:
-    """Print why the campaign stopped early, and return the exit code."""
+    """Print why a campaign stopped before all cases had ended; return the exit code.
+
+    ending : how the run ended
+    """
     if ending.lasting:
         tell_error(f"{ending.reason}; finished cases are safe in {args.out}")
         return WRONG_INPUT
@@ -164,9 +178,11 @@ def _conclude_early(args: argparse.Namespace, ending: Any) -> int:
 
 
 def _conclude_whole(args: argparse.Namespace, ending: Any, prepared: Prepared) -> int:
-    """Print what failed, draw map and page, and return the exit code.
+    """Draw map and page of a complete campaign, print paths; return the exit code.
 
-    ending, prepared : outcome of the run; the campaign and its options
+    Failed cases are counted in a line on stderr.
+
+    ending, prepared : how the run ended; the campaign and its options
     """
     from hpcwhirl.store.reading.results_file import has_contact
 
@@ -190,13 +206,14 @@ def _conclude_whole(args: argparse.Namespace, ending: Any, prepared: Prepared) -
 
 
 def _pages(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
-    """Write report.html if `rules` ask for it and it is missing or outdated.
+    """Write a campaign's report.html if it is wanted, and missing or outdated.
 
-    ending, rules : outcome of the run; table [campaign]
+    ending, rules : how the run ended; table [campaign], which may turn the page off
 
     Returns
     -------
-    a list of its path; empty: no page is wanted
+    list of the page's path, also if it was not written again; empty if no page is
+    wanted
     """
     from hpcwhirl.report.page.build import is_stale, write_page
 
@@ -214,12 +231,13 @@ def _pages(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
 
 
 def _maps(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
-    """Draw the map unless it is newer than unchanged results; return its files.
+    """Draw a campaign's map.png and map.svg if they are wanted; return their paths.
 
-    Print one line if no map is wanted but an older one is there, or if it cannot be
-    drawn without options.
+    They are not drawn again if they are newer than the results. One line on stderr says
+    if no map is wanted but an older one is there, or if it cannot be drawn without
+    options.
 
-    ending, rules : outcome of the run; table [campaign], which may turn the map off
+    ending, rules : how the run ended; table [campaign], which may turn the map off
     """
     out = directory.path
     files = [out / "map.png", out / "map.svg"]
@@ -241,7 +259,10 @@ def _maps(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
 
 
 def _is_after(results: Path, paths: list[Path]) -> bool:
-    """Return whether all files `paths` exist and are no older than `results`."""
+    """Return whether all given files exist and are no older than the results file.
+
+    results, paths : results.h5; the files, such as map.png
+    """
     try:
         oldest = min(path.stat().st_mtime_ns for path in paths)
         return oldest >= results.stat().st_mtime_ns
@@ -256,7 +277,10 @@ def _tell_stopped(out: Directory | Path, reason: str) -> None:
 
 
 def _failures(ending: Any) -> str:
-    """Return a sentence: how many cases failed, and where the reasons are."""
+    """Return a sentence on how many cases failed, and where the reasons are stored.
+
+    ending : how the campaign's run ended
+    """
     text = f"{ending.failed} of {ending.cases} cases failed"
     if ending.missing:
         text += f", {ending.missing} of them without a row: the same command "
@@ -265,10 +289,12 @@ def _failures(ending: Any) -> str:
 
 
 def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
-    """Print that this shard is complete but others are not; return the exit code.
+    """Print that this job's shard of the campaign is complete; return the exit code.
 
-    The code is 0 unless a case of this shard has no result; missing cases of other
-    shards are no failure.
+    A shard is the part of the cases that one of several jobs computes; others are not
+    complete yet. The code is 0 unless a case of this shard has no result.
+
+    ending : how the run ended
     """
     if ending.failed:
         say(_failures(ending))

@@ -1,6 +1,6 @@
-"""Options of `hpcwhirl campaign`, and the campaign that they prepare.
+"""Options of `hpcwhirl campaign`, and preparation of a campaign from them.
 
-Many options may also be set in the table [campaign].
+Many options may also be set in the table [campaign] of the campaign's file, as keys.
 """
 
 from __future__ import annotations
@@ -85,14 +85,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def option(name: str) -> str:
-    """Return the name of the option for a key of [campaign], such as --case-limit."""
+    """Return the option that sets a key of [campaign], such as --case-limit.
+
+    name : the key, such as "case_limit"
+    """
     return f"--{name.replace('_', '-')}"
 
 
 def _add_option(parser: Any, name: str, field: Any) -> None:
-    """Add a key of [campaign] as an option whose value is None if it is not used.
+    """Add the option that sets a key of [campaign]; its value is None if not used.
 
-    name, field : the key, and its field in the class `Campaign`
+    name, field : the key; its field in the class `Campaign`, which has default and help
     """
     kind, key = kind_of(field), key_of(field)
     meaning = key.meaning
@@ -111,7 +114,12 @@ def _add_option(parser: Any, name: str, field: Any) -> None:
 
 
 def rules_of(args: argparse.Namespace, table: Campaign) -> Campaign:
-    """Return the table [campaign], overridden by the options given, except --out."""
+    """Return the keys of [campaign] with the options of the command line applied.
+
+    The option --out is not applied.
+
+    table : the table in the campaign's file
+    """
     options = {name: getattr(args, name) for name in FIELDS.keys() - {"out"}}
     given = {name: value for name, value in options.items() if value is not None}
     return table.with_options(Campaign.read(given, "options", option))
@@ -133,7 +141,9 @@ def _extension(args: argparse.Namespace) -> float | None:
 
 
 def _ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
-    """Return the number of ranks for a prediction: --ranks, or `ranks` of this process.
+    """Return the number of ranks for which the time is predicted.
+
+    It is that of --ranks, or else `ranks`, the number of this run.
 
     Raises
     ------
@@ -152,7 +162,10 @@ def _ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
 
 
 def _design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Design:
-    """Return the design of the file, of the directory to extend, or the default design.
+    """Return the campaign's design: all that determines its cases.
+
+    It is read from the campaign's file, or from the directory that --extend continues;
+    without either it is the default design.
 
     settings : {input: value} of --set and --preset
 
@@ -180,12 +193,12 @@ def _design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> De
 
 
 def _policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Policy:
-    """Return the options of this run as a `Policy`.
+    """Return how this run computes the cases: time limits, shard, pilot.
 
     Parameters
     ----------
-    args, design : options of the command line; the campaign
-    rules : table [campaign] with the options applied, see `rules_of`
+    args, design : options of the command line; design of the campaign
+    rules : keys of [campaign] with the options applied
 
     Raises
     ------
@@ -204,7 +217,12 @@ def _policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Pol
 
 
 def prepared_of(args: argparse.Namespace, ranks: int) -> Prepared:
-    """Return the campaign that all ranks will run; `ranks` is their number."""
+    """Return a campaign that is ready to run: design, directory and options, checked.
+
+    Rank 0 calls it, and sends the result to all ranks.
+
+    ranks : number of ranks of this run
+    """
     from hpcwhirl.campaign.begin import Prepared, as_begun, check_steps
     from hpcwhirl.store.directory.campaign_directory import Directory
 
@@ -235,10 +253,10 @@ def prepared_of(args: argparse.Namespace, ranks: int) -> Prepared:
 
 
 def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
-    """Return the inputs that --regimes-only sets: traces, and the end of a case.
+    """Return the inputs that --regimes-only sets, {input: value}.
 
-    A case ends when its word is certain; ``until = decided`` is kept if the campaign
-    sets it.
+    No traces are kept, and a case ends when its word is certain; ``until = decided`` is
+    kept if the campaign sets it.
 
     file, settings : campaign file, None for the default; {input: value} of --set
     """
@@ -251,7 +269,10 @@ def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, st
 
 
 def _explain(design: Design) -> None:
-    """Print on stderr what the plans of the cases leave out, each kind once."""
+    """Print on stderr what the integration of the cases leaves out, each kind once.
+
+    Such are sectors that move alike, or steps without contact.
+    """
     from hpcwhirl.case.explain import notes_of
 
     kinds: dict[tuple[int, bool], list[int]] = {}

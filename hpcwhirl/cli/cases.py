@@ -56,7 +56,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the table of the chosen cases, or the list of columns."""
+    """Print the chosen cases as a table, or the list of all columns (--columns '?').
+
+    Returns the exit code
+    """
     from hpcwhirl.analysis.columns import source_of
     from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reading.reader import open_coded
@@ -82,12 +85,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _shortened(columns: Columns, source: Source, data: xarray.Dataset) -> Columns:
-    """Return columns with values that are lists shortened, such as ``#2 [0.1, …``.
+    """Return the columns whose texts are too long for a printed table, shortened.
 
-    #2 is the second list of the input; ``--at`` accepts this number instead of the
-    list.
+    Long lists become ``#2 [0.1, …``: #2 is the second list that the input has in the
+    campaign; ``--at`` accepts this number instead of the list.
 
-    columns, source : columns to print; the same results, for all values of an input
+    columns : columns of the chosen cases
+    source, data : results of all cases, as columns by name and as a dataset
     """
     from hpcwhirl.report.map.axes import short_names
     from hpcwhirl.store.reading.select import swept_of
@@ -105,12 +109,13 @@ def _shortened(columns: Columns, source: Source, data: xarray.Dataset) -> Column
 def _print_first(
     columns: Columns, units: dict[str, str], limit: int, named: set[str]
 ) -> None:
-    """Print the first `limit` rows (0: all), and the number of further rows.
+    """Print the first cases as a table, and the number of further ones.
 
-    A value that is the same in all rows is printed once above the table, except for
-    columns that the user has `named`.
+    A value that is the same in all rows is printed once above the table.
 
-    units : {column: unit}
+    columns, units : {name: (rows,)}; {name: unit}
+    limit, named : number of rows, 0 for all; columns that the user named, which are
+        always printed in the table
     """
     count = len(columns["case"])
     shown = count if not limit else min(limit, count)
@@ -126,7 +131,7 @@ def _print_first(
 
 
 def _is_same(values: NDArray[Any]) -> bool:
-    """Return whether a column has several values that are all equal."""
+    """Return whether a column has the same value in all of several rows."""
     return len(values) > 1 and bool((values == values[0]).all())
 
 
@@ -135,7 +140,7 @@ def _chosen(
 ) -> NDArray[np.intp]:
     """Return numbers of the cases that --at and --where select, sorted by --sort.
 
-    data, source : the results as a dataset, and as columns by name
+    data, source : results of all cases, as a dataset and as columns by name
     """
     from hpcwhirl.analysis.columns import matching
     from hpcwhirl.store.reading.select import swept_of, where

@@ -32,7 +32,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def thresholds_of(settings: list[str]) -> dict[str, float]:
-    """Return the default thresholds with texts ``NAME=VALUE`` applied.
+    """Return all thresholds by name, with those that --set changes.
+
+    settings : texts ``NAME=VALUE`` of --set; other thresholds have their defaults
 
     Raises
     ------
@@ -56,7 +58,10 @@ def thresholds_of(settings: list[str]) -> dict[str, float]:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Classify every case again from its stored evidence and print the changes."""
+    """Derive the words of every case again from stored evidence; print the changes.
+
+    Returns the exit code
+    """
     from hpcwhirl.report.map.maps import refresh
     from hpcwhirl.store.directory.campaign_directory import Directory
     from hpcwhirl.store.directory.owner import Asking

@@ -1,7 +1,7 @@
 """Run a sub-command: check and parse its arguments, print errors, set the exit code.
 
-The program replaces its standard streams by some that survive closed descriptors and
-full disks.
+The program replaces its standard streams by streams that work even if a descriptor is
+closed or a disk is full.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ NO_MEMORY = ("failed to map segment", "cannot allocate memory", "out of memory")
 
 
 class _Parser(argparse.ArgumentParser):
-    """Argument parser that raises `InputError`, so that each error is one line."""
+    """argparse's parser, which raises `InputError`, so that an error is one line."""
 
     def error(self, message: str) -> NoReturn:
         """Raise InputError, instead of printing the usage and exiting."""
@@ -59,9 +59,9 @@ class _Parser(argparse.ArgumentParser):
 def run_command(words: Sequence[str], *, program: bool = False) -> int:
     """Run a sub-command and return its exit code.
 
-    words : the command and its arguments
-    program : whether this process is the program itself: its streams are replaced, and
-        its stdout is flushed
+    words : name of the command, and its arguments
+    program : whether this process is the program `hpcwhirl`, not a caller in Python:
+        then its streams are replaced, and its stdout is flushed at the end
     """
     if program:
         stand_in()
@@ -79,10 +79,12 @@ def run_command(words: Sequence[str], *, program: bool = False) -> int:
 
 
 def _code_after(failed: BaseException, words: Sequence[str], *, program: bool) -> int:
-    """Print an error and return the exit code; raise other exceptions again.
+    """Print the error of a sub-command, and return the exit code.
 
-    words : the command and its arguments
-    program : whether this process is the program itself, which --help ends
+    An exception that is no error, such as KeyboardInterrupt, is raised again.
+
+    words : name of the command, and its arguments
+    program : whether this process is the program `hpcwhirl`, which --help ends
     """
     if isinstance(failed, WhirlError):
         tell_error(failed)
@@ -98,9 +100,11 @@ def _code_after(failed: BaseException, words: Sequence[str], *, program: bool) -
 
 
 def _flushed(code: int, words: Sequence[str]) -> int:
-    """Flush stdout; return `code`, or the exit code of an error of flushing.
+    """Write out what stdout has buffered, and return the final exit code.
 
-    words : the command and its arguments
+    It is `code`, that of the sub-command, unless stdout cannot be written.
+
+    words : name of the command, and its arguments
     """
     try:
         flush_stdout()
@@ -114,19 +118,21 @@ def _flushed(code: int, words: Sequence[str]) -> int:
 
 
 def code_of(failed: BaseException) -> int:
-    """Return the exit code of an error: `STOPPED` if the same command may yet succeed.
+    """Return the exit code for an error: `STOPPED` or `WRONG_INPUT`.
 
-    It may succeed after a full disk or quota, see `PASSING`; for other errors the code
-    is `WRONG_INPUT`.
+    `STOPPED` tells that the same command may succeed later, as after a full disk or
+    quota, see `PASSING`.
     """
     passing = isinstance(failed, OSError) and failed.errno in PASSING
     return STOPPED if passing or isinstance(failed, NoRoomError) else WRONG_INPUT
 
 
 def _unread(words: Sequence[str]) -> int:
-    """Return the exit code if the reader closed stdout: 0 for commands that only print.
+    """Return the exit code if the reader of stdout has closed the pipe, as `head` does.
 
-    words : the command and its arguments
+    It is 0 for a command that only prints, 1 for others.
+
+    words : name of the command, and its arguments
     """
     return COMPLETE if {*words[:1]} <= TELL else FAILED
 
@@ -137,7 +143,7 @@ def tell_error(failed: BaseException | str) -> None:
 
 
 def tell_failure(failed: Exception) -> int:
-    """Print an unexpected exception on stderr; return the exit code.
+    """Print an exception that is no `WhirlError` on stderr; return the exit code.
 
     Lack of memory, or a file that cannot be written, is one line; any other exception
     is a defect of the program and printed with its traceback.
@@ -158,15 +164,17 @@ def tell_failure(failed: Exception) -> int:
 
 
 def _limit() -> str:
-    """Return the limit of this process's address space as text; "": no limit."""
+    """Return " (ulimit -v N)" if this process's address space is limited, else ""."""
     most = resource.getrlimit(resource.RLIMIT_AS)[0]
     return "" if most == resource.RLIM_INFINITY else f" (ulimit -v {most >> 10})"
 
 
 def _prepared(words: Sequence[str]) -> Callable[[], int]:
-    """Return the function that runs a sub-command, after checking its arguments.
+    """Check a sub-command's arguments; return the function that runs it.
 
-    words : the command and its arguments
+    The function returns the exit code.
+
+    words : name of the command, and its arguments
     """
     if not words or words[0].startswith("-"):
         return partial(_help, words)
@@ -184,7 +192,10 @@ def _prepared(words: Sequence[str]) -> Callable[[], int]:
 
 
 def _help(words: Sequence[str]) -> int:
-    """Print the help or the version."""
+    """Print the program's help or version; return the exit code without a command.
+
+    words : arguments of the program, such as --version
+    """
     parser = _parser()
     if words:
         parser.parse_args(words)
@@ -245,10 +256,10 @@ def _command(name: str) -> str:
 
 
 class _Deaf(io.FileIO):
-    """Raw stream whose writes never fail: data that cannot be written are dropped."""
+    """Unbuffered stream for stderr, which drops data that cannot be written."""
 
     def write(self, data: Any) -> int:
-        """Write data, or drop them if that fails."""
+        """Write data, or drop them if that fails; return their number of bytes."""
         try:
             return super().write(data)
         except OSError:
@@ -256,10 +267,13 @@ class _Deaf(io.FileIO):
 
 
 class _Strict(io.FileIO):
-    """Raw stdout: a failed write is a MissingFileError, a closed pipe is not."""
+    """Unbuffered stream for stdout, which raises MissingFileError if a write fails.
+
+    If the reader has closed the pipe, it raises BrokenPipeError.
+    """
 
     def write(self, data: Any) -> int:
-        """Write some of the data and return the number of bytes, like `io.FileIO`."""
+        """Write data as `io.FileIO` does; return the number of bytes written."""
         try:
             return super().write(data)
         except BrokenPipeError:
@@ -272,9 +286,9 @@ class _Strict(io.FileIO):
 def stand_in() -> None:
     """Open closed standard descriptors, and replace stdout and stderr.
 
-    If descriptor 2 were closed, the next file opened would get that number, and a
-    journal would receive messages. Errors of stderr are ignored: a log on a full disk
-    must not end a campaign.
+    If descriptor 2, stderr, were closed, the next file opened would get that number,
+    and a journal would receive messages. Errors of writing to stderr are ignored: a log
+    on a full disk must not end a campaign.
     """
     for number in (0, 1, 2):
         try:
@@ -296,12 +310,12 @@ def stand_in() -> None:
 
 
 def _tell_late(number: int) -> None:
-    """Raise MissingFileError for a full disk that a file server reports only at close.
+    """Raise MissingFileError if earlier writes failed without an error.
 
-    Closing a duplicate of the descriptor makes the server report it, and leaves the
-    stream open.
+    A file server may report a full disk only when a file is closed. Closing a duplicate
+    of the descriptor makes it do so, and leaves the stream open.
 
-    number : the descriptor
+    number : descriptor of the stream
     """
     try:
         os.close(os.dup(number))
@@ -312,7 +326,7 @@ def _tell_late(number: int) -> None:
 
 
 def flush_stdout() -> None:
-    """Flush stdout.
+    """Write out what stdout has buffered; tell the caller if that fails.
 
     Raises
     ------

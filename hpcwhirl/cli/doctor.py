@@ -22,7 +22,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print findings and remedies; return 1 if something will break, else 0."""
+    """Print what is wrong with machine, MPI or directory, and how to repair it.
+
+    Returns the exit code: 1 if something will break, else 0
+    """
     from hpcwhirl.cluster.facts import launcher_facts, place_facts, rank_facts, ranks_of
     from hpcwhirl.cluster.findings import BREAKS, findings
 

@@ -40,14 +40,18 @@ COLUMNS = (
     "contact_share", "leaving_rate", "message",
 )  # fmt: skip
 
-NONE = {"word_high": "", "message": ""}  # of a line without edge; numbers are NaN
+# texts in the row of a line of cases whose edge was lost; its numbers are NaN
+NONE = {"word_high": "", "message": ""}
 
 
 class Asked(NamedTuple):
-    """An edge to follow.
+    """An edge to follow: a scene, and two pulses that lead to different words.
 
-    fixed : {input: value} that a line of a campaign's cases has in common
-    scene, low, high : the case; forces of the two pulses, N
+    Attributes
+    ----------
+    fixed : {input: value} of the line of a campaign's cases on which it was found; {}
+        for a scene that the user named
+    scene, low, high : the scene; forces of the weaker and the stronger pulse, N
     """
 
     fixed: dict[str, Any]
@@ -86,7 +90,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Follow one edge, or the edge on each line of a campaign; print the numbers."""
+    """Follow the motion on one edge, or on one for each line of a campaign's cases.
+
+    Prints the numbers of the motion; returns the exit code
+    """
     from hpcwhirl.scene.units import showing
 
     check_picture(args.plot)
@@ -103,9 +110,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, Any]]:
-    """Follow an edge; return the edge and the numbers to print, {name: value}.
+    """Follow the motion on an edge; return it, and the numbers to print, by name.
 
-    asked : the edge to follow
+    asked : scene and pulses
     """
     from hpcwhirl.campaign.edge import Tracking, edge
 
@@ -150,11 +157,12 @@ def _asked(args: argparse.Namespace) -> list[Asked]:
 
 
 def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
-    """Return the edges to follow in a campaign over force, at most one on each line.
+    """Return the edges to follow in a campaign swept over force.
 
-    An edge lies between the two pulses of a line's first change of word.
+    On each line, cases that differ in force only, an edge lies between the two pulses
+    at the first change of word; a line without change has none.
 
-    place, at : path of results.h5; texts ``NAME=V`` that select cases
+    place, at : path of results.h5; texts ``NAME=V`` of --at, which select cases
     """
     import numpy as np
 
@@ -181,17 +189,21 @@ def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
 
 
 def _case_of(swept: dict[str, Any], cases: list[int], wanted: dict[str, Any]) -> int:
-    """Return the first of `cases` whose swept inputs have the values `wanted`.
+    """Return the number of the first case that has given values of swept inputs.
 
-    swept : {swept input: (cases,)}
+    swept, wanted : {swept input: (cases,)}; {swept input: value}
+    cases : numbers of the cases among which it is searched
     """
     return next(c for c in cases if all(swept[n][c] == v for n, v in wanted.items()))
 
 
 def _print_lines(args: argparse.Namespace, asked: list[Asked]) -> int:
-    """Print a row for each line of a campaign, with the reason if its edge was lost.
+    """Follow the edges of a campaign, one for each line of cases; print a table.
 
-    asked : the edges to follow, one for each line
+    A row has the numbers of an edge's motion, or the reason why the edge was lost.
+    Returns the exit code
+
+    asked : the edges to follow
     """
     import numpy as np
 
@@ -227,9 +239,9 @@ def _scaled(value: Any, factor: float) -> Any:
 
 
 def in_shown(name: str) -> tuple[str, float]:
-    """Return (unit in which a number of an edge is printed, factor from SI to it).
+    """Return the unit in which a number of an edge is printed, and the factor from SI.
 
-    name : name of the number
+    name : name of the number, such as "orbit_radius", or of an input
     """
     from hpcwhirl.scene.units import shown_in
     from hpcwhirl.store.reading.select import UNITS as INPUTS

@@ -1,4 +1,8 @@
-"""`hpcwhirl export-model`: write M, K, D, contact operators and DoF maps to HDF5."""
+"""`hpcwhirl export-model`: write rotor and casing of a scene to an engine's file.
+
+The HDF5 file has mass, stiffness and damping matrices, modes, contact operators, and
+the indices of the DoF of tips and centre.
+"""
 
 from __future__ import annotations
 
@@ -57,11 +61,12 @@ def _body(name: str, model: ModalModel) -> dict[str, Any]:
 def turning_arrays(
     mass: Floats, stiffness: Floats, spin: Spin, omega: Floats
 ) -> dict[str, Any]:
-    """Return {name in the file's group rotor: array} of the terms of rotation.
+    """Return a rotor's terms of rotation as arrays of an engine's file.
 
-    If K(Omega) has no term in Omega^4, its change is written as stress stiffness minus
-    softening: the softening is the whole mass matrix, and the stress stiffness the
-    change per Omega^2 plus the mass matrix. Otherwise K is written at two speeds.
+    Returns {name in the file's group rotor: array}. If K(Omega) has no term in Omega^4,
+    its change is written as stress stiffness minus softening: the softening is the
+    whole mass matrix, and the stress stiffness the change per Omega^2 plus the mass
+    matrix. Otherwise K is written at two speeds.
 
     mass, stiffness, omega : matrices of the rotor at rest, and its frequencies, rad/s
     """
@@ -81,7 +86,10 @@ def turning_arrays(
 
 
 def arrays_of_stress(stress: Stress | None) -> dict[str, Any]:
-    """Return {name in the group rotor: array} of the stress at named points."""
+    """Return the stress at named points as arrays of an engine's file.
+
+    Returns {name in the file's group rotor: array}
+    """
     if stress is None:
         return {}
     names = np.array([name.encode() for name in stress.names])
@@ -89,7 +97,10 @@ def arrays_of_stress(stress: Stress | None) -> dict[str, Any]:
 
 
 def arrays_of(model: Model) -> dict[str, Any]:
-    """Return {path in the file: array} of a model's arrays."""
+    """Return rotor and casing of a model as arrays of an engine's file.
+
+    Returns {path in the file, such as "rotor/mass": array}
+    """
     hub = np.arange(len(model.rotor.shapes))[2 * model.blades :]
     points, places = model.rotor.points, {}
     tips = np.array(model.places)
@@ -130,7 +141,7 @@ def arrays_of(model: Model) -> dict[str, Any]:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the model of a scene to the HDF5 file."""
+    """Write rotor and casing of a scene to an engine's file; return the exit code."""
     from hpcwhirl.store.hdf5 import write_arrays
 
     scene = scene_of(args.scene, args.settings)

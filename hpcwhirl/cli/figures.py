@@ -37,9 +37,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw the figures; print for each its path, or why it cannot be drawn.
+    """Draw figures of a campaign; print for each its path, or why it cannot be drawn.
 
-    If none can be drawn, the exit code is 2.
+    Returns the exit code, 2 if none can be drawn
     """
     from hpcwhirl.report.figures.kinds import cases_at, draw_figures
     from hpcwhirl.store.reading.results_file import Results

@@ -1,4 +1,7 @@
-"""Printing of what `campaign --dry-run`, `--pilot` and `job` predict."""
+"""Printing of the cost of a campaign that --dry-run, --pilot and `job` predict.
+
+The prediction itself is made by `campaign.foresight.forecast`.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def tell(cost: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:
-    """Print a forecast.
+    """Print the forecast of a campaign: cases, steps, core-hours, wall time, bytes.
 
     Parameters
     ----------
@@ -30,7 +33,10 @@ def tell(cost: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:
 
 
 def facts_of(cost: Forecast, design: Design, ranks: int) -> dict[str, Any]:
-    """Return a forecast as plain data for JSON; for the arguments see `tell`."""
+    """Return the forecast of a campaign as plain data for JSON.
+
+    cost, design, ranks : parameters of `tell`
+    """
     usual, wall = cost.wall(ranks)
     hours = [seconds / 3600 for seconds in cost.range]
     facts: dict[str, Any] = {
@@ -57,7 +63,9 @@ def facts_of(cost: Forecast, design: Design, ranks: int) -> dict[str, Any]:
 
 
 def job_line(cost: Forecast, ranks: int, request: Request) -> str:
-    """Return a line that compares core-hours and wall time with a job's time limit.
+    """Return a line that compares a campaign's predicted time with a job's time limit.
+
+    It tells core-hours, wall time, and whether one job may be enough.
 
     Parameters
     ----------
@@ -95,9 +103,9 @@ def _on(ranks: int) -> str:
 
 
 def _step(cost: Forecast, seconds: float) -> float:
-    """Return the time of a step, us, if all cases left together take `seconds`.
+    """Return the mean time of a time step, us, in the cases left.
 
-    cost : forecast of these cases
+    cost, seconds : forecast of these cases; processor time of all of them together
     """
     return 1e6 * seconds / cost.steps if cost.steps else 0.0
 
@@ -141,7 +149,10 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
 
 
 def _extrapolated(design: Design) -> str:
-    """Return a clause: times are extrapolated to so many contact points; "" if not."""
+    """Return the end of a sentence on times: that they are extrapolated.
+
+    "" unless tips have more contact points than those of which times were measured.
+    """
     from hpcwhirl.campaign.plan.cost import most_points
     from hpcwhirl.scene.schemes import MOST_POINTS
 
@@ -152,7 +163,10 @@ def _extrapolated(design: Design) -> str:
 
 
 def _more(cost: Forecast, design: Design) -> str:
-    """Return a clause on how many refined cases may follow the coarse ones."""
+    """Return a line on how many cases a refined campaign may add to its coarse ones.
+
+    cost, design : forecast of the coarse cases; design of the campaign
+    """
     most = f"{design.most} cases at most{_twins(design)}"
     if not cost.finished:
         return f"these are the coarse level; their words may require more, {most}"
@@ -165,7 +179,10 @@ def _more(cost: Forecast, design: Design) -> str:
 
 
 def _twins(design: Design) -> str:
-    """Return a clause on twins, which the forecast does not count; "" without twins."""
+    """Return the end of a sentence: how many twins follow, which are not counted.
+
+    "" for a campaign without twins.
+    """
     twins = design.twins
     if twins is None:
         return ""
@@ -177,7 +194,9 @@ def _twins(design: Design) -> str:
 
 
 def _wall(cost: Forecast, ranks: int) -> str:
-    """Return the line on the wall time and its serial part, before and after the cases.
+    """Return the line on the wall time, with the part spent before and after the cases.
+
+    That part, for start, gather and map, does not get shorter with more ranks.
 
     cost, ranks : forecast of the cases left; number of ranks
     """
@@ -192,14 +211,14 @@ def _wall(cost: Forecast, ranks: int) -> str:
 
 
 def _duration(seconds: float) -> str:
-    """Format a duration, below 10 s to a tenth of a second."""
+    """Return a duration as text, below 10 s to a tenth of a second."""
     from hpcwhirl.campaign.progress import duration_text
 
     return f"{seconds:.1f} s" if seconds < 10 else duration_text(seconds)
 
 
 def _size(count: int) -> str:
-    """Format a number of bytes with the unit that gives one to three digits."""
+    """Return a number of bytes as text, such as "12.3 MB"."""
     size, units = float(count), ["B", "kB", "MB", "GB", "TB"]
     while size >= 1000 and len(units) > 1:
         size, units = size / 1000, units[1:]

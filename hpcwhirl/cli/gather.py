@@ -22,10 +22,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Gather all results so far; a case without a result gets status missing.
+    """Gather all results so far into results.h5; return the exit code.
 
-    The exit code is 0 only if every case has a result, and 1 if a case failed or is
-    missing, even if a campaign is still computing that case.
+    A case without a result gets the status missing.
+
+    The code is 0 only if every case has a result, and 1 if a case failed or is missing,
+    even if a campaign is still computing that case.
     """
     from hpcwhirl import __version__
     from hpcwhirl.analysis.regimes import threshold_facts
@@ -59,7 +61,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _code(path: Path) -> int:
-    """Return the exit code for a results file; print how many cases have no result."""
+    """Print how many cases of a results file have no result; return the exit code.
+
+    The code is 0 if all cases have results, else 1; path : results.h5
+    """
     from hpcwhirl.store.reading.results_file import count_statuses
 
     statuses = count_statuses(path)
@@ -76,7 +81,7 @@ def _code(path: Path) -> int:
 def _tell(drawn: list[Path], stale: list[str]) -> None:
     """Print which maps were drawn again, and which other files show older results.
 
-    drawn, stale : files of maps; a line on each of the other files
+    drawn, stale : paths of maps drawn again; a line for each of the other files
     """
     for made in drawn:
         print(made)

@@ -39,7 +39,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def arrays_of(rotor: Imported) -> dict[str, Any]:
-    """Return {path in the engine file: array} of a rotor reduced from elements."""
+    """Return a rotor reduced from finite elements as arrays of an engine's file.
+
+    Returns {path in the file, such as "rotor/mass": array}
+    """
     each = [len(rotor.points["tip_station"])] if rotor.points else []
     tips = 2 * np.arange(rotor.blades * (each or [1])[0]).reshape(rotor.blades, *each)
     hub = 2 * tips.size + np.arange(2 if rotor.centre else 0)
@@ -58,7 +61,7 @@ def arrays_of(rotor: Imported) -> dict[str, Any]:
 
 
 def facts_of(rotor: Imported, unknowns: int) -> dict[str, Any]:
-    """Return the summary of a reduced rotor that is printed.
+    """Return what the command prints on a reduced rotor, by name.
 
     Parameters
     ----------
@@ -86,7 +89,11 @@ def facts_of(rotor: Imported, unknowns: int) -> dict[str, Any]:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Reduce the model and write the file, or print an example of its description."""
+    """Reduce finite-element matrices to a rotor, and write it to an engine's file.
+
+    With --example it only prints an example of the TOML file that describes the
+    matrices. Returns the exit code
+    """
     if args.example:
         from hpcwhirl.store.models.wheel_file import EXAMPLE
 

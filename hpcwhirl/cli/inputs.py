@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 PRESET = "preset"
 ENGINES = "engines"
 TABLES = ("scene", "engine", "engine.casing", "engine.rotor", "solver", "output")
-WIDE = 110  # columns of a table if stdout is no terminal
+WIDE = 110  # characters in a line of a table if stdout is no terminal
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the inputs, presets or engines that the argument names."""
+    """Print the inputs, presets or engines that the command's argument names."""
     if args.name == PRESET or args.name in preset_names():
         names = preset_names() if args.name == PRESET else [args.name]
         rows = [{"name": n, "inputs": preset_inputs(n), "loses": preset_loss(n)}
@@ -61,7 +61,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _facts(name: str | None) -> list[InputFact]:
-    """Return what is known of inputs or table keys with a name; None: all inputs."""
+    """Return default, unit, limits and meaning of inputs or keys of tables.
+
+    name : name of an input or of a key; None: all inputs
+    """
     if name is None:
         return sorted(catalogue().values(), key=lambda fact: TABLES.index(fact.table))
     designs = design_tables()
@@ -110,7 +113,7 @@ def _print_table(table: str, facts: Sequence[InputFact]) -> None:
 
 
 def _plain(value: Any) -> str:
-    """Format a default value as in a TOML file; "" for None."""
+    """Return a default value as text in the form of a TOML file; "" for None."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -126,11 +129,12 @@ def _plain(value: Any) -> str:
 def _tell_named(
     kind: str, rows: Sequence[dict[str, Any]], lines: str, *, as_json: bool
 ) -> None:
-    """Print presets or engines: names, and the inputs for which they stand.
+    """Print presets or engines: their names, and the inputs that each one sets.
 
-    kind : key of the rows in JSON
+    kind : "presets" or "engines", key of the list in JSON
     rows : {key: value} of each preset or engine
-    lines : format of the text of a row, with its keys in braces
+    lines : format of the text for each, with its keys in braces
+    as_json : whether JSON is printed instead of text
     """
     if as_json:
         print_json({kind: rows})

@@ -68,7 +68,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the script, or write it to --script and print the command to submit it."""
+    """Print a job script, or write it to --script and print how to submit it.
+
+    Returns the exit code
+    """
     from hpcwhirl.campaign.plan.design import load_design
     from hpcwhirl.store.atomic import write_whole
 
@@ -103,9 +106,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _predict(design: Design, request: Request) -> None:
-    """Print on stderr the time that the campaign still needs, and the job's limit.
+    """Print on stderr the time that the campaign still needs, and the job's time limit.
 
-    The cost is nominal if no case has ended in the directory yet, not even in a pilot.
+    If no case has ended in the directory yet, not even in a pilot, the time is nominal:
+    computed from the number of steps, not learned from cases.
 
     Raises
     ------
@@ -130,7 +134,10 @@ def _predict(design: Design, request: Request) -> None:
 
 
 def _check_kept(path: Path) -> None:
-    """Refuse to replace a directory, or a file that is not a printed job script."""
+    """Raise InputError if --script names a file that must not be replaced.
+
+    Only a job script of this command may be; path : the file
+    """
     try:
         old = read_regular(path).decode() if path.exists() else PRINTED
     except (OSError, UnicodeDecodeError):

@@ -9,7 +9,7 @@ from importlib import resources
 
 from hpcwhirl.errors import unknown
 
-WIDE = 100  # columns beyond which text is hard to read
+WIDE = 100  # characters in a line, beyond which text is hard to read
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,7 +20,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Show a page, as plain Markdown if stdout is no terminal, or list all pages."""
+    """Print a page of the manual, or without a name the list of pages.
+
+    If stdout is no terminal, the page is plain Markdown. Returns the exit code
+    """
     if args.page is None:
         _list()
         return 0
@@ -33,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
 
 @cache
 def pages() -> dict[str, str]:
-    """Return {name: Markdown text} of all pages."""
+    """Return the manual: {name of a page: its text in Markdown}."""
     folder = resources.files("hpcwhirl").joinpath("manual")
     files = sorted(folder.iterdir(), key=lambda file: file.name)
     return {
@@ -44,7 +47,10 @@ def pages() -> dict[str, str]:
 
 
 def purpose(text: str) -> str:
-    """Return the paragraph below a page's title: what the page is for."""
+    """Return the first paragraph of a page, which says what the page is for.
+
+    text : text of the page in Markdown
+    """
     return text.split("\n\n")[1].strip()
 
 

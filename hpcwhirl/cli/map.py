@@ -39,7 +39,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw map.png and map.svg, or map-OPTIONS.png and .svg; --csv: write a table."""
+    """Draw a campaign's map as PNG and SVG; with --csv also write its table.
+
+    Returns the exit code
+    """
     from hpcwhirl.report.map.data import Wish
     from hpcwhirl.report.map.maps import drawing_of, save_map, stem_of
     from hpcwhirl.store.reading.results_file import results_of

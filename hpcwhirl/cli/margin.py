@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 ENDS = ("low", "high", "below", "above")
 WORDS = ("word_below", "word_above")
-TOLD = 12  # largest number of lines of cases with a sentence for each
+TOLD = 12  # largest number of lines of cases for each of which a sentence is printed
 OVER = (*ENDS, "distance")  # columns in the unit of the input of --over
 
 
@@ -50,7 +50,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a row for each safe range; --first: each limit; --over each: each input."""
+    """Print the safe ranges of an input, as a table, and return the exit code.
+
+    With --first it prints only up to which value all cases are damped; with --over each
+    the safe range along every input around one point.
+    """
     from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reading.reader import open_results
     from hpcwhirl.store.reading.results_file import results_of
@@ -72,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check(args: argparse.Namespace) -> None:
-    """Raise InputError for options that do not go together or are out of range."""
+    """Raise InputError for options of `margin` that exclude each other or are wrong."""
     if not 0.0 <= args.sure <= 1.0:
         raise InputError(f"--sure must be >= 0 and <= 1, got {args.sure:g}")
     if args.plot and not args.first:
@@ -104,14 +108,16 @@ def _print_ranges(
 def _chosen(
     data: xarray.Dataset, over: str, settings: list[str]
 ) -> tuple[float | None, xarray.Dataset]:
-    """Return (value that --at gives for the input `over`, or None; the chosen cases).
+    """Return the point and the cases that --at chooses.
+
+    The point is the value of the input `over` in --at, None if it is not there; values
+    of other inputs select cases.
 
     Parameters
     ----------
     data : results of the campaign
-    over : the input whose ranges are listed
-    settings : texts ``NAME=V`` of --at; settings of inputs other than `over` select
-        cases
+    over : name of the input whose ranges are listed
+    settings : texts ``NAME=V`` of --at
     """
     from hpcwhirl.store.reading.select import number_of, swept_of, variable_of, where
 
@@ -131,9 +137,11 @@ def _chosen(
 
 
 def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
-    """Return the table of safe ranges, {column: (ranges,)}.
+    """Return the printed table of safe ranges, {column: (ranges,)}.
 
-    point : value of the input, which adds its distance from each range; None: none
+    found : the ranges
+    point : value of the input for which a column has the distance to each range's
+        boundary; None: no such column
     """
     out: dict[str, list[Any]] = {n: [r.fixed[n] for r in found] for n in found[0].fixed}
     out |= {n: [getattr(r, n) for r in found] for n in (*ENDS, *WORDS)}
@@ -148,10 +156,10 @@ def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
 def _nearest(
     found: list[SafeRange], over: str, point: float, asked: tuple[str, ...]
 ) -> str:
-    """Return a line on the distance from the point to the nearest boundary.
+    """Return a sentence on how far a point is from the nearest end of a safe range.
 
     found : safe ranges of the input
-    over, point, asked : the input, its value at the point, units wanted
+    over, point, asked : name of the input; its value at the point; units to print in
     """
     inside = [r for r in found if r.distance(point) >= 0.0]
     lines = len({tuple(r.fixed.values()) for r in found})
@@ -176,6 +184,8 @@ def first_change(
     args: argparse.Namespace, data: xarray.Dataset, over: str, point: float | None
 ) -> int:
     """Print up to which value of an input cases are damped, for each line of cases.
+
+    This is --first. Returns the exit code
 
     Parameters
     ----------
@@ -206,9 +216,11 @@ def first_change(
 
 
 def _first_columns(found: list[FirstChange], point: float | None) -> dict[str, Any]:
-    """Return the table {column: (lines,)}: a limit for each line of cases.
+    """Return the printed table of limits, {column: (lines,)}, for each line of cases.
 
-    point : value of the input; limits are also given as multiples of it; None: none
+    found : up to which value of the input cases are damped, on each line
+    point : value of the input, of which columns have the limits as multiples; None: no
+        such columns
     """
     out: dict[str, Any] = {n: [f.fixed[n] for f in found] for n in found[0].fixed}
     out |= {n: [getattr(f, n) for f in found] for n in ("safe", "unsafe", "word")}
@@ -220,9 +232,12 @@ def _first_columns(found: list[FirstChange], point: float | None) -> dict[str, A
 
 
 def _sentences(found: list[FirstChange], over: str, point: float) -> list[str]:
-    """Return a sentence for each limit, or if many, one for the nearest limit.
+    """Return sentences that compare limits with a value of the input.
 
-    over, point : the input, and the value that limits are compared with
+    There is one for each line of cases or, for many lines, one for the lowest limit.
+
+    found : up to which value of the input cases are damped, on each line
+    over, point : name of the input; the value that limits are compared with
     """
     told = setting_text(over, point)
     if len(found) <= TOLD:
@@ -239,7 +254,10 @@ def _place(found: FirstChange) -> str:
 
 
 def _then(found: FirstChange) -> str:
-    """Return, as the end of a sentence, the word of the cases above a limit."""
+    """Return the end of a sentence on a limit: the word of the next case above it.
+
+    found : the limit on a line of cases
+    """
     if not found.word:
         return ", the largest value tried"
     more = found.changes - (not np.isnan(found.safe))
@@ -249,9 +267,9 @@ def _then(found: FirstChange) -> str:
 
 
 def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
-    """Print the safe range along each input of ``--at``.
+    """Print the safe range around a point along each input, and return the exit code.
 
-    The settings of --at give the point around which the ranges lie.
+    The point and its inputs are those of --at.
     """
     from hpcwhirl.analysis.margins import working_point
 
@@ -269,7 +287,10 @@ def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
 
 
 def _point(settings: list[str]) -> dict[str, float]:
-    """Return {input: value in SI} by the texts ``NAME=V`` of --at."""
+    """Return the point that --at gives, {input: value in SI}.
+
+    settings : texts ``NAME=V`` of --at
+    """
     from hpcwhirl.scene import input_names
     from hpcwhirl.store.reading.select import number_of, variable_of
 
@@ -287,9 +308,9 @@ def _point(settings: list[str]) -> dict[str, float]:
 
 
 def _each_columns(found: list[Along]) -> dict[str, Any]:
-    """Return the table {column: (inputs,)}, in SI: a safe range along each input.
+    """Return the table of safe ranges along each input, {column: (inputs,)}, in SI.
 
-    found : these ranges
+    found : safe range along each input around a point
     """
     out: dict[str, Any] = {"input": [a.name for a in found]}
     out["unit"] = [UNITS.get(a.name, "1") for a in found]
@@ -301,14 +322,19 @@ def _each_columns(found: list[Along]) -> dict[str, Any]:
 
 
 def _line(fixed: Mapping[str, Any]) -> str:
-    """Return the values of the inputs that are fixed on a line of cases, as text."""
+    """Return a line of cases as text: the inputs that all of its cases share.
+
+    fixed : {input: value in SI}
+    """
     return ", ".join(setting_text(n, v) for n, v in fixed.items())
 
 
 def _cell(name: str, along: Along) -> str:
-    """Return a cell of the table of safe ranges by input, as text in the unit shown.
+    """Return the text in a cell of the table of safe ranges along each input.
 
-    name, along : column of the table; safe range along one input
+    Numbers are in the unit that the user chose.
+
+    name, along : column of the table; safe range along the input of the row
     """
     if name in {"at", "distance", *ENDS}:
         value = {"at": along.value, "distance": along.found.distance(along.value)}
@@ -319,7 +345,10 @@ def _cell(name: str, along: Along) -> str:
 
 
 def setting_text(variable: str, value: Any) -> str:
-    """Return ``variable = value unit`` of an input, in the unit shown."""
+    """Return an input as text ``name = value unit``, in the unit that the user chose.
+
+    variable, value : name of the input; its value in SI, or a text
+    """
     if not isinstance(value, float):
         return f"{variable} = {value}"
     unit, factor = shown_in(UNITS.get(variable, "1"))

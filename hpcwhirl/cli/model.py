@@ -33,7 +33,7 @@ from hpcwhirl.structure import blade_stiffness
 
 MOST_ORDERS = 10_000  # largest number of super-harmonics
 SHOWN_HZ = 300.0  # highest frequency printed by default
-SHOWN_SPEED = 600.0  # rad/s, highest one printed for diameters other than the load's
+SHOWN_SPEED = 600.0  # rad/s, highest critical speed printed, except for the pulse's k
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,9 +50,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def facts_of(case: Case, orders: int) -> dict[str, Any]:
-    """Return the facts on the model of a case that `model --json` prints.
+    """Return what `model --json` prints on the model of a case, by name.
 
-    orders : see `analysis.rotation.critical_of`, for the critical speeds
+    orders : highest order of super-harmonics among the critical speeds
     """
     engine, table = case.given.engine, modal_table(case.model)
     foreign = engine.file != ""  # only the tips of such a rotor's blades are known
@@ -70,7 +70,10 @@ def facts_of(case: Case, orders: int) -> dict[str, Any]:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print modal table, critical speeds and plan of a scene's model."""
+    """Print modes, critical speeds and time-step limits of a scene's model.
+
+    It also says what the integration leaves out (the plan). Returns the exit code
+    """
     if not 1 <= args.orders <= MOST_ORDERS:
         msg = f"--orders must be >= 1 and <= {MOST_ORDERS}, got {shown(args.orders)}"
         raise InputError(msg)
@@ -106,12 +109,14 @@ def _show_plan(plan: dict[str, Any]) -> None:
 
 
 def _show_rotations(rotations: dict[str, Any], scene: Scene) -> None:
-    """Print facts of the rotor side by side for each kind of rotation terms.
+    """Print a rotor's frequencies and critical speeds with and without rotation.
+
+    They are columns of one table, for --explain.
 
     Parameters
     ----------
-    rotations : {kind of `engine.rotation`: facts}
-    scene : gives speed and lobes
+    rotations : {"none" or "full": facts}, from `analysis.rotation.side_by_side`
+    scene : scene with the speed and the lobes
     """
     from rich.console import Console
     from rich.table import Table
@@ -128,14 +133,14 @@ def _show_rotations(rotations: dict[str, Any], scene: Scene) -> None:
 
 
 def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
-    """Return {quantity with unit: number} of a rotor at its speed.
+    """Return a column of the table of --explain, {quantity with unit: number as text}.
 
-    Natural frequencies of 1F and suspension, critical speeds, stability, radial growth
-    of the tips.
+    Quantities are natural frequencies of 1F and suspension, critical speeds, stability,
+    and radial growth of the tips.
 
     Parameters
     ----------
-    facts : facts of a rotor for one kind of rotation terms
+    facts : facts of the rotor, with or without the terms of rotation
     diameters : nodal diameters to include
     """
     unit, out = DERIVED["critical_speed"].unit, {}
@@ -164,7 +169,10 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
 
 
 def _film_numbers(film: dict[str, float] | None) -> dict[str, str]:
-    """Return {quantity with unit: number} of a squeeze film, if any."""
+    """Return lines on a squeeze film for --explain, {quantity with unit: number}.
+
+    film : facts of the film, see `analysis.rotation`; None: no film, and {} is returned
+    """
     if film is None:
         return {}
     ends = f"{film['straight']:.3f}, {film['circling']:.3f}"
@@ -175,7 +183,10 @@ def _film_numbers(film: dict[str, float] | None) -> dict[str, str]:
 
 
 def _circle_numbers(circle: dict[str, Any] | None) -> dict[str, str]:
-    """Return {quantity with unit: number} of the circle caused by unbalance, if any."""
+    """Return lines on the circle of an unbalanced rotor, {quantity with unit: number}.
+
+    circle : facts of the circle; None: no unbalance, and {} is returned
+    """
     if circle is None:
         return {}
     return {
@@ -185,7 +196,7 @@ def _circle_numbers(circle: dict[str, Any] | None) -> dict[str, str]:
 
 
 def told_circle(circle: dict[str, Any]) -> str:
-    """Return a sentence on the circle of an unbalanced rotor's centre.
+    """Return a sentence on the circle on which an unbalance moves the rotor's centre.
 
     circle : result of `case.unbalance.facts_of_unbalance`
     """
@@ -203,7 +214,10 @@ def told_circle(circle: dict[str, Any]) -> str:
 
 
 def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
-    """Return lines on a model's time-step limits, tip growth and unbalance."""
+    """Return lines of text on time-step limits, growth of the tips, and unbalance.
+
+    facts : result of `facts_of`
+    """
     unit, rotation = DERIVED["time_step_limit"].unit, facts["rotation"]
     circle, growth = rotation["unbalance"], rotation["tip_growth"]
     lines = [
@@ -219,16 +233,15 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
 
 
 def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
-    """Return the rows of the modal table as texts, with modes of a family in one row.
+    """Return the rows of the modal table as printed, texts.
 
-    Modes of one family of the rotor that do not move the centre share a row.
-
-    Columns: body, family, nodal diameters, frequencies in Hz, share of the centre,
-    clearance consumption.
+    Modes of one family of the rotor that do not move the centre share a row. Columns:
+    body, family, nodal diameters, frequencies in Hz, share of strain energy in the
+    shaft's springs, clearance consumption.
 
     Parameters
     ----------
-    modes : `modes` of `facts_of`, by frequency
+    modes : lines of the modal table as dicts, by frequency
     """
     groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for number, mode in enumerate(modes):

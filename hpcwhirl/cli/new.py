@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from hpcwhirl.scene import Scene
 
 RPM = 30.0 / math.pi  # rpm per rad/s
-GAPS = (0.5, 1.0, 2.0, 4.0)  # values of the sweep, in multiples of the gap
-NOTES = 30  # column of comments
+GAPS = (0.5, 1.0, 2.0, 4.0)  # gaps that a new file sweeps, as multiples of the fan's
+NOTES = 30  # column of a new file at which comments begin
 SPEEDS = 20  # approximate number of speeds in the sweep
 OPTIONS = {  # name: unit, metavar, help
     "radius": ("m", "LENGTH", "tip radius (default 0.5 m)"),
@@ -57,7 +57,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the file; print frequencies, masses and the size of the pulse."""
+    """Write a campaign file for a fan; print its frequencies and the pulse's effect.
+
+    Returns the exit code
+    """
     from hpcwhirl.case.fan import FANS, scene_of_fan
 
     if args.file.exists():
@@ -98,9 +101,9 @@ def _fan(args: argparse.Namespace) -> Fan:
 
 
 def _number(name: str, text: str) -> float:
-    """Return the number, in SI (a frequency in Hz), that an option's text gives.
+    """Return the value of an option in SI, a frequency in Hz.
 
-    name, text : name of the option, for errors; its text, such as "0.8mm"
+    name, text : name of the option, such as "gap"; text given, such as "0.8mm"
     """
     unit = OPTIONS[name][0]
     value = told_of(f"--{name}", lambda: in_si(text, unit))
@@ -112,9 +115,9 @@ def _number(name: str, text: str) -> float:
 
 
 def told_of_model(checked: Checked) -> str:
-    """Return a line with the engine's frequencies, full speed and ring mass.
+    """Return a line of text with the engine's frequencies, full speed and ring mass.
 
-    checked : properties of the engine's model
+    checked : numbers computed from the engine's model
     """
     full = checked.full_speed / (2 * math.pi)
     line = f"1F {checked.family:.1f} Hz, {checked.share:.2f} of the full speed's "
@@ -125,9 +128,9 @@ def told_of_model(checked: Checked) -> str:
 
 
 def told_of_pulse(scene: Scene, checked: Checked) -> str:
-    """Return a line on the ring's speed and displacement caused by the pulse.
+    """Return a line of text on how fast and how far the pulse moves the ring.
 
-    checked : properties of the engine's model
+    checked : numbers computed from the engine's model
     """
     return (
         f"the pulse gives the ring {checked.kick:.3g} m/s and closes the gap of "
@@ -137,7 +140,9 @@ def told_of_pulse(scene: Scene, checked: Checked) -> str:
 
 
 def _speeds(full: float) -> dict[str, str]:
-    """Return start, stop and step of about `SPEEDS` speeds in round rpm, as texts.
+    """Return the sweep of speeds of a new campaign file: start, stop, step, as texts.
+
+    It has about `SPEEDS` speeds at round rpm.
 
     Parameters
     ----------
@@ -158,7 +163,7 @@ def toml_of(fan: Fan, scene: Scene, checked: Checked) -> str:
     ----------
     fan : dimensions of the fan
     scene : inputs of the fan's scene
-    checked : properties of the fan's model
+    checked : numbers computed from the fan's model
     """
     rotor, casing = scene.engine.rotor, scene.engine.casing
     ring = {f"casing_{name}": value for name, value in casing.model_dump().items()}
@@ -184,7 +189,7 @@ def toml_of(fan: Fan, scene: Scene, checked: Checked) -> str:
 
 
 def aligned(text: str) -> str:
-    """Return the lines of a file with the comments after values aligned."""
+    """Return the text of a TOML file with the comments that follow values aligned."""
     lines = []
     for line in text.splitlines():
         code, sign, note = line.partition("#")

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 OR_FILE = "directory of a campaign, or a file written by hpcwhirl run --out"
 OF_CAMPAIGN = "directory of a campaign"
-EVERY = 5.0  # s between progress lines
+EVERY = 5.0  # s, least time between two lines on the progress
 UNTOUCHED = (
     "no blade touched the casing: words describe free motion only; lengths are in m, "
     "force in N, pulse in s"
@@ -46,10 +46,13 @@ UNTOUCHED = (
 
 
 class _Preset(argparse.Action):
-    """Action of ``--preset``: put its inputs before those of ``--set``, which win."""
+    """Action of argparse for ``--preset``: store the preset's inputs as settings.
+
+    They come before those of ``--set``, which override them.
+    """
 
     def __call__(self, parser: Any, namespace: Any, name: Any, *_option: Any) -> None:
-        """Store the preset's name; put its inputs before the settings given so far."""
+        """Put the inputs of the preset `name` before the settings given so far."""
         if getattr(namespace, "preset", None):
             parser.error("--preset is given twice")
         namespace.preset = name
@@ -58,7 +61,7 @@ class _Preset(argparse.Action):
 
 
 def add_set(parser: argparse.ArgumentParser) -> None:
-    """Add ``--set NAME=VALUE``, repeatable, and ``--preset NAME``."""
+    """Add the options ``--set NAME=VALUE``, repeatable, and ``--preset NAME``."""
     # fmt: off
     known = ", ".join(preset_names())
     add_option(parser, "--preset NAME",
@@ -72,7 +75,10 @@ def add_set(parser: argparse.ArgumentParser) -> None:
 
 
 def tell_preset(scene: Scene) -> None:
-    """Print in one line on stderr what accuracy the preset of a scene loses, if any."""
+    """Print a line on stderr that tells which accuracy the scene's preset gives up.
+
+    Nothing is printed for a scene without preset.
+    """
     name = preset_of(scene)
     if not name:
         return
@@ -84,7 +90,8 @@ def tell_preset(scene: Scene) -> None:
 def tell_remarks(cases: Many | Scene, *, load: bool = False) -> None:
     """Print on stderr one line for each input that seems to be in a wrong unit.
 
-    load : whether to warn if the pulse moves the casing by many gaps, too
+    cases : the scene, or the inputs of all cases of a campaign
+    load : whether to warn also if the pulse moves the casing by many gaps
     """
     from hpcwhirl.scene.remarks import remarks
 
@@ -95,7 +102,9 @@ def tell_remarks(cases: Many | Scene, *, load: bool = False) -> None:
 def seldom(tell: Callable[..., None], last: float = 0.0) -> Callable[..., None]:
     """Return a function that calls `tell`, at most once in `EVERY` seconds.
 
-    last : time of an earlier call of `tell`, s, by `time.monotonic`
+    Other calls do nothing; it serves lines on the progress.
+
+    last : time of an earlier call of `tell`, s, by `time.monotonic`; 0: none
     """
 
     def timed(*told: Any) -> None:
@@ -109,7 +118,7 @@ def seldom(tell: Callable[..., None], last: float = 0.0) -> Callable[..., None]:
 
 
 def add_take_over(parser: argparse.ArgumentParser) -> None:
-    """Add the option ``--take-over``."""
+    """Add the option ``--take-over``, to take a directory from a dead process."""
     # fmt: off
     add_option(parser, "--take-over",
         "take over DIR at once from a process on another machine that you know to be "
@@ -118,7 +127,10 @@ def add_take_over(parser: argparse.ArgumentParser) -> None:
 
 
 def add_units(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add the option ``--units``; `what` names what is shown in these units."""
+    """Add the option ``--units``, which sets the units of printed or drawn numbers.
+
+    what : what is shown in these units, for the help
+    """
     # fmt: off
     add_option(parser, "--units UNIT[,UNIT]",
         f"units of {what}, such as mm,rpm,kN; si: as stored (default: practical, "
@@ -126,19 +138,22 @@ def add_units(parser: argparse.ArgumentParser, what: str) -> None:
 
 
 def asked_units(text: str | None) -> tuple[str, ...]:
-    """Return the units of ``--units``, checked; practical units if `text` is None."""
+    """Return the names of units that ``--units`` gives, checked.
+
+    text : text of the option, such as "mm,rpm"; None: practical units
+    """
     known = {q.unit for table in (INPUTS, ROW) for q in table.values()}
     return told_of("--units", lambda: units_asked(text, sorted(known)))
 
 
 def add_json(parser: argparse._ActionsContainer) -> None:
-    """Add the option ``--json``."""
+    """Add the option ``--json``, which prints JSON instead of text."""
     # fmt: off
     add_option(parser, "--json", "print JSON, not text")
 
 
 def add_scene_name(parser: argparse.ArgumentParser) -> None:
-    """Add the positional argument that names a scene."""
+    """Add the optional argument SCENE: a scene's file, or name of a built-in scene."""
     known = f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)"
     parser.add_argument(
         "scene", nargs="?", default="table2", metavar="SCENE", help=known
@@ -146,26 +161,26 @@ def add_scene_name(parser: argparse.ArgumentParser) -> None:
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
-    """Add the argument for a scene, and ``--set``, ``--preset`` and ``--json``."""
+    """Add the argument SCENE, and the options ``--set``, ``--preset``, ``--json``."""
     add_scene_name(parser)
     add_set(parser)
     add_json(parser)
 
 
 def add_explain(parser: argparse.ArgumentParser) -> None:
-    """Add the option ``--explain``."""
+    """Add the option ``--explain``, which says what the computation leaves out."""
     # fmt: off
     add_option(parser, "--explain",
         "say what the computation leaves out, why that is safe, and what it saves")
 
 
 def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:
-    """Print what a plan leaves out.
+    """Print what the integration of a case leaves out, why that is safe, and its gain.
 
     Parameters
     ----------
-    notes : records with the keys `left_out`, `why` and `saves`
-    file : stream; None: stdout
+    notes : dicts of `left_out`, `why` and `saves`, from the case's plan
+    file : stream to print to; None: stdout
     """
     if not notes:
         print("plan: nothing is left out", file=file)
@@ -176,15 +191,15 @@ def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:
 
 
 def scene_of(name: str, settings: Sequence[str]) -> Scene:
-    """Return the scene of a file or of a named scene, with settings applied.
+    """Return the scene that the argument SCENE names, with settings applied.
 
-    A word without dot or slash that is no file is the name of a scene. If the file is
-    that of a campaign, only its scene is used, and a line on stderr says so.
+    A word without dot or slash that is no file is the name of a built-in scene. If the
+    file is that of a campaign, only its scene is used, and a line on stderr says so.
 
     Parameters
     ----------
-    name : path or name
-    settings : texts ``NAME=VALUE``
+    name : path of a file, or name of a scene
+    settings : texts ``NAME=VALUE`` of --set and --preset
     """
     path = Path(name)
     bare = path.suffix == "" and "/" not in name and not path.exists()
@@ -198,9 +213,11 @@ def scene_of(name: str, settings: Sequence[str]) -> Scene:
 
 
 def _tell_ignored(path: Path, document: Mapping[str, Any]) -> None:
-    """Print in one line on stderr which tables of a campaign file are not used.
+    """Print on stderr which tables of a campaign file are ignored, if any.
 
-    path, document : the file, and its parsed TOML
+    A command for one case uses only the scene of the file.
+
+    path, document : the file; its parsed TOML
     """
     ignored = [name for name in DESIGN_TABLES if name in document]
     if ignored:
@@ -210,7 +227,9 @@ def _tell_ignored(path: Path, document: Mapping[str, Any]) -> None:
 
 
 def parsed(settings: Sequence[str]) -> dict[str, Any]:
-    """Parse texts ``NAME=VALUE`` of ``--set`` and ``--preset``: {dotted name: value}.
+    """Return the inputs that ``--set`` and ``--preset`` give, {dotted name: value}.
+
+    settings : texts ``NAME=VALUE``
 
     Raises
     ------
@@ -223,7 +242,7 @@ def parsed(settings: Sequence[str]) -> dict[str, Any]:
 
 
 def check_writable(path: Path | None, *, folder: bool) -> None:
-    """Check, before any work, that an output can be written.
+    """Raise MissingFileError if an output cannot be written; called before any work.
 
     Parameters
     ----------
@@ -250,19 +269,22 @@ def check_writable(path: Path | None, *, folder: bool) -> None:
 
 
 def check_picture(path: Path | None) -> None:
-    """Check that a picture can be written, and has a known suffix, if one is wanted."""
+    """Raise InputError if --plot has an unknown ending or cannot be written.
+
+    path : file of --plot; None: no picture is wanted, and nothing is checked
+    """
     if path and path.suffix not in {".png", ".svg", ".pdf"}:
         raise InputError(f"--plot must end in .png, .svg or .pdf, got '{path.name}'")
     check_writable(path, folder=False)
 
 
 def print_json(facts: Mapping[str, Any]) -> None:
-    """Print a mapping as strict JSON; numbers that are not finite become null."""
+    """Print data as strict JSON on stdout; numbers that are not finite become null."""
     print(json.dumps(finite(facts), indent=2, allow_nan=False))
 
 
 def finite(value: Any) -> Any:
-    """Return nested data with numbers that are not finite replaced by None."""
+    """Return nested data for JSON: numbers that are not finite become None."""
     if isinstance(value, Mapping):
         return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -19,7 +19,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the page and print its path."""
+    """Write a campaign's HTML page, print its path; return the exit code."""
     from hpcwhirl.report.page.build import write_page
     from hpcwhirl.scene.units import showing
     from hpcwhirl.store.directory.campaign_directory import Directory

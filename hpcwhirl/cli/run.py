@@ -55,7 +55,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Integrate one case, print its summary, and write the file and figures wanted."""
+    """Integrate one case, print its summary, write file and figures that are asked for.
+
+    Returns the exit code, 1 if the run was unstable
+    """
     from hpcwhirl.analysis.over_speed import crossings
     from hpcwhirl.campaign.plan.design import Design
     from hpcwhirl.campaign.simulate import course_of
@@ -89,9 +92,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return warnings on a case, among them that tips may have slid backward.
+    """Return warnings on a case's results, such as that tips may have slid backward.
 
-    row : numbers and words of the case
+    row : results of the case by name
     """
     from hpcwhirl.campaign.simulate import notes_on
 
@@ -105,7 +108,10 @@ def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
 
 
 def _write(args: argparse.Namespace, design: Design, result: Result) -> None:
-    """Write the results file of --out and the figures of --plot."""
+    """Write the results file of --out and the figures of --plot, where given.
+
+    design, result : the case as a campaign of one; result of its integration
+    """
     from hpcwhirl.campaign.finalize import write_case
 
     if args.out:
@@ -118,7 +124,7 @@ def _write(args: argparse.Namespace, design: Design, result: Result) -> None:
 
 
 def _tell_unequal(march: March, *, quiet: bool) -> None:
-    """Print on stderr that unequal sectors make a rotor slower to integrate.
+    """Print on stderr that a rotor from file has unequal sectors, which takes longer.
 
     march, quiet : integration of the case; whether nothing is printed
     """
@@ -129,11 +135,11 @@ def _tell_unequal(march: March, *, quiet: bool) -> None:
 
 
 def _explained(march: March) -> dict[str, Any]:
-    """Return what the plan left out, and the work that was done.
+    """Return what `run --explain` tells of the work that was left out, by name.
 
     Returns
     -------
-    left_out : records of what the plan left out
+    left_out : dicts of what was left out, why, and what that saves
     marched : number of steps that were integrated
     work_share : amplitudes times steps integrated, divided by those of the whole model
     """
@@ -149,7 +155,10 @@ def _explained(march: March) -> dict[str, Any]:
 
 
 def summary(row: dict[str, Any]) -> dict[str, Any]:
-    """Return a case's row; the terms of the energy ledger are in its entry `ledger`."""
+    """Return a case's results as printed: terms of the ledger are in entry `ledger`.
+
+    row : results of the case by name
+    """
     facts = {n: v for n, v in row.items() if not (n.startswith(LEDGER))}
     facts["ledger_error"] = row["ledger_error"]
     terms = {n.removeprefix(LEDGER): v for n, v in row.items() if n.startswith(LEDGER)}
@@ -186,9 +195,11 @@ def _plain(course: Course) -> Callable[[], None]:
 
 
 def motion_told(facts: Mapping[str, Any]) -> str:
-    """Return a line on the word `motion` and the Lyapunov exponent of a case.
+    """Return a line of text on whether a motion is periodic or chaotic.
 
-    facts : row of the case, integrated with `output.chaos` > 0
+    It also tells the Lyapunov exponent.
+
+    facts : results of a case with `output.chaos` > 0, by name
     """
     if "exponent" not in facts:
         return f"motion {facts['motion']}: exponent, period and K were not measured"
@@ -204,9 +215,11 @@ def motion_told(facts: Mapping[str, Any]) -> str:
 
 
 def over_speed_told(facts: Mapping[str, Any]) -> list[str]:
-    """Return lines on the words of a run-up over speed and time, and critical speeds.
+    """Return lines of text on the words of a run whose speed or gap changes.
 
-    facts : row of the case
+    They list the intervals of time with one word, and the critical speeds crossed.
+
+    facts : results of the case by name
     """
     from hpcwhirl.analysis.over_speed import spells_of
 

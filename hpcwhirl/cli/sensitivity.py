@@ -36,7 +36,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the indices with their intervals, and draw them."""
+    """Print the Sobol' indices of outputs with their intervals, and draw them.
+
+    Returns the exit code
+    """
     from hpcwhirl.report.figures.indices import draw_sensitivity
     from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reading.reader import open_results
@@ -62,7 +65,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _found(args: argparse.Namespace, data: xarray.Dataset) -> xarray.Dataset:
-    """Return Sobol' indices of the outputs of --of at the sweep's points of --at."""
+    """Return the Sobol' indices that the command prints.
+
+    They are those of the outputs in --of, at the points of the sweep that --at selects.
+    """
     import numpy as np
 
     from hpcwhirl.analysis.sensitivity import USUAL, sensitivity
@@ -76,9 +82,11 @@ def _found(args: argparse.Namespace, data: xarray.Dataset) -> xarray.Dataset:
 
 
 def _rows(found: xarray.Dataset) -> list[dict[str, Any]]:
-    """Return {column: value} for each sweep point, output and drawn input.
+    """Return the rows of the printed table of Sobol' indices, {column: value} each.
 
-    found : Sobol' indices by `_found`
+    There is a row for each point of the sweep, output and drawn input.
+
+    found : Sobol' indices, result of `_found`
     """
     swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     rows = []
@@ -111,9 +119,9 @@ def _print_table(rows: list[dict[str, Any]]) -> None:
 
 
 def _interval(row: dict[str, Any], order: str) -> str:
-    """Format a Sobol' index with its confidence interval.
+    """Return a Sobol' index with its confidence interval as text.
 
-    row, order : result of `_rows`; "first" or "total"
+    row, order : a row of `_rows`; which index: "first" or "total"
     """
     value, low, high = (row[f"{order}{end}"] for end in ("", "_low", "_high"))
     if value != value:  # noqa: PLR0124 - NaN
@@ -123,9 +131,11 @@ def _interval(row: dict[str, Any], order: str) -> str:
 
 
 def tell(found: xarray.Dataset) -> None:
-    """Warn on stderr of left-out draws, constant outputs and wide intervals.
+    """Print warnings on Sobol' indices on stderr.
 
-    found : Sobol' indices
+    They name draws left out, outputs that do not vary, and wide intervals.
+
+    found : Sobol' indices, result of `_found`
     """
     from hpcwhirl.analysis.sensitivity import pairs_needed, widest
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 EVERY = 5.0  # s between updates of --watch
 FEWEST = 0.2  # s, shortest time allowed between updates
-MOST_SHOWN = 8  # largest number of ranks printed
+MOST_SHOWN = 8  # largest number of ranks whose cases are printed
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +41,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the progress once; with --watch, repeat until all cases have ended."""
+    """Print the progress of a campaign; with --watch repeatedly until it is complete.
+
+    Returns the exit code
+    """
     from hpcwhirl.campaign.progress import progress_of
     from hpcwhirl.store.directory.campaign_directory import Directory
 
@@ -66,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
 def _twins(results: Path) -> str:
     """Return a sentence on how many cases have the same word as all their twins.
 
-    The number is read from results.h5; the text is "" without that file or twins.
+    "" if there is no results.h5, or no twins; results : path of results.h5
     """
     if not results.exists():
         return ""
@@ -82,7 +85,10 @@ def _twins(results: Path) -> str:
 
 
 def _stale(directory: Directory) -> str:
-    """Return the command that renews report.html if it is out of date; else ""."""
+    """Return a hint with the command that renews report.html, if it is out of date.
+
+    "" otherwise.
+    """
     if not directory.page.exists() or not directory.results.exists():
         return ""
     from hpcwhirl.report.page.build import is_stale
@@ -95,7 +101,12 @@ def _stale(directory: Directory) -> str:
 
 
 def _watch(args: argparse.Namespace, directory: Directory, found: Progress) -> int:
-    """Show the progress repeatedly, on a terminal in place, until all cases ended."""
+    """Print a campaign's progress every --watch seconds until all cases have ended.
+
+    On a terminal it is updated in place. Returns the exit code
+
+    found : progress at the first time
+    """
     from hpcwhirl.campaign.progress import progress_of
 
     display: Any = nullcontext()
@@ -117,7 +128,7 @@ def _watch(args: argparse.Namespace, directory: Directory, found: Progress) -> i
 
 
 def _shown(found: Progress) -> dict[str, str]:
-    """Return {label: text} of all that is shown of a campaign's progress."""
+    """Return all that `status` prints of a campaign's progress, {label: text}."""
     out = {n: str(getattr(found, n)) for n in ("cases", "done", "failed", "left")}
     if found.grows:
         out["cases"] += " wanted so far"
@@ -138,7 +149,7 @@ def _shown(found: Progress) -> dict[str, str]:
 
 
 def _pace(found: Progress) -> dict[str, str]:
-    """Return {label: text} on a campaign's rate, time left and core-hours.
+    """Return what `status` prints on rate, time left and core-hours, {label: text}.
 
     found : progress of the campaign
     """
@@ -165,7 +176,10 @@ def _counts(found: Mapping[str, int]) -> str:
 
 
 def _ranks(found: Sequence[Computing]) -> str:
-    """Return a text: what the first `MOST_SHOWN` ranks compute, and for how long."""
+    """Return as text which cases ranks compute, and for how long already.
+
+    found : what each rank computes; only the first `MOST_SHOWN` are named
+    """
     from hpcwhirl.campaign.progress import duration_text
 
     parts = []
@@ -181,9 +195,9 @@ def _ranks(found: Sequence[Computing]) -> str:
 
 
 def _line(found: Progress, *, as_json: bool) -> str:
-    """Return the progress as one line, or as a JSON object, for logs and pipes.
+    """Return a campaign's progress as one line, for --watch into a log or a pipe.
 
-    found, as_json : progress of the campaign; whether it is printed as JSON
+    found, as_json : progress of the campaign; whether the line is a JSON object
     """
     if as_json:
         return json.dumps(finite(asdict(found)), allow_nan=False)
@@ -202,7 +216,7 @@ def _line(found: Progress, *, as_json: bool) -> str:
 
 
 def _screen(found: Progress) -> Any:
-    """Return a progress bar and a table of the progress, for a terminal."""
+    """Return a campaign's progress as a bar and a table, for --watch on a terminal."""
     from rich.console import Group
     from rich.progress_bar import ProgressBar
     from rich.table import Table

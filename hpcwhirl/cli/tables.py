@@ -1,4 +1,7 @@
-"""Printing of columns as a table, as CSV or as JSON."""
+"""Printing of results as a table, as CSV or as JSON.
+
+The data are columns, {name: (rows,)}, and their units, {name: unit}.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from hpcwhirl.scene.units import AS_STORED, showing, shown_in
 if TYPE_CHECKING:
     import xarray
 
-AT_ONCE = 10_000  # rows per pass: as Python objects they take 10 times the memory
+AT_ONCE = 10_000  # rows converted at a time: Python objects take 10 times the memory
 Columns = Mapping[str, NDArray[Any]]
 Units = Mapping[str, str]
 
@@ -35,7 +38,7 @@ def add_format(parser: argparse.ArgumentParser) -> None:
 
 
 def unit_of(data: xarray.Dataset, name: str) -> str:
-    """Return the unit of a variable, "" if it has none or results lack the variable."""
+    """Return the SI unit of a variable of results; "" without unit or variable."""
     unit = str(data[name].attrs.get("units", "")) if name in data else ""
     return "" if unit == "1" else unit
 
@@ -43,7 +46,7 @@ def unit_of(data: xarray.Dataset, name: str) -> str:
 def in_units(
     args: argparse.Namespace, columns: Columns, units: Units
 ) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
-    """Return columns in the units of ``--units``, and these units.
+    """Return columns converted to the units that the user chose, and these units.
 
     Parameters
     ----------
@@ -63,7 +66,10 @@ def in_units(
 
 
 def _times(values: NDArray[Any], factor: float) -> NDArray[Any]:
-    """Return values times a factor between units, rounded to 15 digits."""
+    """Return values in another unit, rounded to 15 digits.
+
+    values, factor : (rows,), in SI; from SI to the unit
+    """
     if factor == 1.0:
         return values
     return np.array([float(f"{factor * one:.15g}") for one in values.tolist()])
@@ -79,7 +85,7 @@ def print_data(
     args : arguments that include the options of `add_format`
     columns : {name: values (rows,)}
     units : {name: unit}, "" for a column without a unit
-    rows : key of the rows in JSON
+    rows : key of the list of rows in the JSON object
     facts : further entries of the JSON object
 
     Returns
@@ -95,13 +101,13 @@ def print_data(
 
 
 def _records(columns: Columns) -> list[dict[str, Any]]:
-    """Return the rows of a table, given by columns, as a list of {column: value}."""
+    """Return columns as a list of rows, {column: value} each, for JSON."""
     rows = zip(*(c.tolist() for c in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
-    """Print columns as CSV.
+    """Print columns as CSV on stdout, with a header.
 
     Parameters
     ----------
@@ -119,7 +125,11 @@ def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
 
 
 def print_table(columns: Columns, units: Units, shown: int) -> None:
-    """Print the first `shown` rows of columns as a table, names and units above."""
+    """Print columns as a table on stdout, with their names and units above.
+
+    columns, units : {name: (rows,)}; {name: unit}
+    shown : number of rows to print, the first ones
+    """
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -141,7 +151,7 @@ def _plain(value: Any) -> Any:
 
 
 def cell(value: Any) -> str:
-    """Return a value as text for a table; NaN as ""."""
+    """Return a value as text for a printed table; "" for NaN."""
     if isinstance(value, float):
         return "" if value != value else f"{value:.6g}"  # noqa: PLR0124 - NaN
     return one_line(str(value))

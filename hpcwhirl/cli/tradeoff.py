@@ -56,7 +56,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Measure all settings, then print the table and write the files."""
+    """Measure cost and error of solver settings; print a table, write the files.
+
+    Returns the exit code
+    """
     from hpcwhirl.benchmark.tradeoff import measure
     from hpcwhirl.benchmark.trials import settings_of
     from hpcwhirl.cluster.facts import machine_facts
@@ -93,9 +96,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(args: argparse.Namespace, facts: dict[str, Any], text: str) -> None:
-    """Write the files of --out and the figure of --plot.
+    """Write the files of --out and the figure of --plot, where given.
 
-    facts, text : results as data for JSON; the printed table
+    facts, text : measured numbers as data for JSON; table that was printed
     """
     from hpcwhirl.report.figures.pareto import draw_tradeoff
     from hpcwhirl.store.atomic import write_whole

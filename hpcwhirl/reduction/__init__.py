@@ -1,4 +1,4 @@
-"""Model reduction: from structures to modes.
+"""Model reduction: from mass and stiffness matrices of rotor and casing to their modes.
 
 The Craig-Bampton reduction works on the Hermitian block of each nodal diameter, so that
 cyclic symmetry holds to round-off and degenerate pairs are never split. A mistuned

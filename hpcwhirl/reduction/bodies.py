@@ -1,4 +1,7 @@
-"""Modal models of both bodies: bladed disk (from dimensions or a file) and casing."""
+"""Modal models of both bodies: bladed disk (from dimensions or a file) and casing.
+
+They are cached, so that the cases of a campaign with one engine share them.
+"""
 
 from __future__ import annotations
 
@@ -63,11 +66,14 @@ SUPPORT_SHARE = 0.5  # least share of a support mode's strain energy in the foun
 
 @lru_cache(maxsize=16)
 def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
-    """Return the bladed disk reduced to modes (Eq. 1 of the paper).
+    """Return the bladed disk of a scene reduced to modes (Eq. 1 of the paper).
 
-    A mistuned disk is reduced as a whole; eta is the number of fixed-interface modes.
-    With `rotation` "full" it includes the terms of rotation, in a basis for all speeds,
-    and the excess of `suspension_damping` over `damping` acts in the static frame.
+    A mistuned disk is reduced as a whole, others by nodal diameters. With `rotation`
+    "full" the model includes the terms of rotation, in a basis for all speeds, and the
+    excess of `suspension_damping` over `damping` is a damper in the static frame.
+
+    rotor : inputs of the rotor
+    eta : number of fixed-interface modes kept
     """
     usual = {**dict.fromkeys(OF_SUPPORTS, 0.0), "bearing": ""}
     bare = rotor.model_copy(update=usual)
@@ -83,11 +89,12 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
 
 
 def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
-    """Return a rotor's model with the supports of the shaft's centre that `rotor` sets.
+    """Return a rotor's model with the springs and dampers of its centre, static frame.
 
-    A model without terms of rotation is returned unchanged.
+    They follow from the inputs of supports in `rotor`, such as `cross_coupling` and the
+    squeeze film. A model without terms of rotation is returned unchanged.
 
-    damping : N s/m, mean c of the dampers in the static frame, squeeze film excluded
+    damping : N s/m, mean c of the dampers, squeeze film excluded
     """
     if model.spin is None:
         return model
@@ -108,7 +115,9 @@ def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
 
 @lru_cache(maxsize=16)
 def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
-    """Return the reduced bladed disk without supports or damping, cached by its inputs.
+    """Return the reduced bladed disk, on which supports are not yet set; cached.
+
+    Scenes that differ only in supports or damping share it.
 
     eta, rotation : number of fixed-interface modes; "none" or "full"
     """
@@ -137,7 +146,10 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
 def _held_modes(tuned: Rotor, count: int) -> Floats:
     """Return a tuned rotor's approximate lowest fixed-interface modes, (i, count).
 
-    i is the number of DoF other than those of tips and centre.
+    The modes of mistuned rotors are computed from them by iteration. i is the number of
+    DoF other than those of tips and centre.
+
+    tuned, count : inputs of the rotor without mistuning; number of modes
     """
     disk = bladed_disk(tuned)
     inner = np.setdiff1d(np.arange(len(disk.mass)), boundary_of(disk))
@@ -146,9 +158,11 @@ def _held_modes(tuned: Rotor, count: int) -> Floats:
 
 
 def _tuned_model(tuned: Rotor, eta: int, model: ModalModel) -> ModalModel:
-    """Return the tuned rotor's modal model with at least as many modes as `model` has.
+    """Return the modal model of a tuned rotor, whose modes give a mistuned one names.
 
-    eta : number of fixed-interface modes to begin with
+    It has at least as many modes as the mistuned rotor's `model`.
+
+    eta : number of fixed-interface modes; more are taken until this is so
     """
     reference, fewest = rotor_model(tuned, eta), len(model.omega)
     while len(reference.omega) < fewest:
@@ -224,17 +238,21 @@ def casing_model(
 
 
 def tip_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
-    """Return radial and tangential motion of N tips in m modes, (N, m) each.
+    """Return radial and tangential displacement of N tips in m modes, (N, m) each.
 
-    model, blades : the rotor; N
+    With several contact points per tip they are those of its reference point.
+
+    model, blades : modal model of the rotor, with shapes of unit amplitude; N
     """
     return model.shapes[0 : 2 * blades : 2], model.shapes[1 : 2 * blades : 2]
 
 
 def contact_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
-    """Return radial and tangential motion of the contact points in m modes.
+    """Return radial and tangential displacement of contact points in m modes.
 
-    (N n_c, m) each, by blade, n_c points each; with one point per tip, see `tip_rows`.
+    Returns (N n_c, m) each, blade by blade, with n_c contact points on each of N tips
+
+    model, blades : modal model of the rotor, with shapes of unit amplitude; N
     """
     if model.points is None:
         return tip_rows(model, blades)

@@ -1,5 +1,9 @@
 """Craig-Bampton component mode synthesis (Eq. 1 of the paper).
 
+A structure's boundary DoF are kept; the interior ones are replaced by static modes,
+which follow the boundary, and by the lowest fixed-interface modes, with the boundary
+held.
+
 Fixed-interface modes of a structure near one whose modes are known are found by inverse
 iteration: subspace iteration (Bathe 2014, section 11.6) begins with the known modes and
 ends when the modes are exact to round-off; the inertia of K - sigma M (Sylvester)
@@ -22,7 +26,7 @@ from hpcwhirl.reduction.factors import Solve, factored, negative_pivots
 
 TOLERANCE = 1e-9  # largest error of mass-orthonormality
 MOST_KEPT = 8  # number of cached patterns, some 100 kB each
-NEW = 1e-3  # least part (mass norm) of a unit-mass shape that is added to a basis
+NEW = 1e-3  # least mass norm of the part of a unit-mass shape that a basis lacks
 
 
 def craig_bampton(
@@ -32,16 +36,16 @@ def craig_bampton(
     eta: int,
     near: Matrix | None = None,
 ) -> tuple[Matrix, Matrix]:
-    """Return the Craig-Bampton basis, x = Phi_CB (x_b, q_CB), Eq. (1), and frequencies.
+    """Return the Craig-Bampton basis Phi_CB of a structure, Eq. (1), and frequencies.
 
-    x are all displacements, x_b those of the boundary, q_CB the amplitudes of the
-    fixed-interface modes.
+    x = Phi_CB (x_b, q_CB): x are all displacements, x_b those of the boundary, q_CB the
+    amplitudes of the fixed-interface modes.
 
     Parameters
     ----------
-    mass, stiffness : (n, n), symmetric or Hermitian
-    boundary : (b,) DoF kept
-    eta : fixed-interface modes kept, the lowest first
+    mass, stiffness : M, K (n, n), symmetric or Hermitian
+    boundary : (b,), indices of the boundary DoF, which are kept
+    eta : number of fixed-interface modes kept, the lowest
     near : (n - b, more than eta), lowest fixed-interface modes of a similar structure,
         from which an iteration starts: with real, sparse matrices it is faster, and its
         modes are the same to round-off; None: no iteration
@@ -79,20 +83,25 @@ def craig_bampton(
     kept_modes = basis[inner, kept:]
     miss = np.abs(kept_modes.conj().T @ m_ii @ kept_modes - np.eye(eta)).max()
     if not miss < TOLERANCE:
-        msg = f"fixed-interface modes are not mass-orthonormal, by {miss:.1e}"
+        msg = "fixed-interface modes must be mass-orthonormal, got an error of "
+        msg += f"{miss:.1e} (at most {TOLERANCE:.0e})"
         raise ModelError(msg)
     return basis, np.sqrt(np.maximum(squared, 0.0))
 
 
 class _Pattern(NamedTuple):
-    """Positions of the nonzero entries of a matrix (n, n), and of its interior part.
+    """Where a dense matrix (n, n), and its submatrix of interior DoF, are not zero.
+
+    It is kept, so that submatrices of engines with zeros in the same places are made
+    sparse quickly.
 
     Attributes
     ----------
     places : (c,), flat indices of the c nonzero entries of the matrix
-    inner : (d,), flat indices of the d entries in the submatrix of interior DoF, by
-        columns
-    indices, pointers : row indices (d,) and column pointers of the submatrix
+    inner : (d,), flat indices of the d entries that belong to the submatrix, column by
+        column
+    indices, pointers : (d,), row indices, and column pointers of the submatrix as a
+        compressed sparse column array
     """
 
     places: Indices
@@ -101,13 +110,16 @@ class _Pattern(NamedTuple):
     pointers: NDArray[np.int32]
 
 
-# {(n, number of entries, interior DoF): pattern}, the last ones; engines that differ
-# only in mistuning have the same
+# {(n, number of nonzero entries, interior DoF): pattern} of the `MOST_KEPT` last
+# matrices; engines that differ only in mistuning have the same pattern
 _patterns: dict[tuple[int, int, bytes], _Pattern] = {}
 
 
 def _within(matrix: Matrix, inner: Indices) -> sparse.csc_array:
-    """Return rows and columns `inner` (i,) of a matrix (n, n), sparse, (i, i)."""
+    """Return the submatrix of interior DoF, (i, i), of a dense matrix, sparse.
+
+    matrix, inner : (n, n); (i,), indices of the interior DoF
+    """
     key = len(matrix), int(np.count_nonzero(matrix)), inner.tobytes()
     kept = _patterns.get(key)
     if kept is None or not matrix.take(kept.places).all():  # other places, same number
@@ -128,17 +140,18 @@ def _pattern_of(matrix: Matrix, inner: Indices) -> _Pattern:
 
 
 def enriched(mass: Matrix, basis: Matrix, other: Matrix, boundary: Indices) -> Matrix:
-    """Return a basis with c more columns: the parts of another basis that it lacks.
+    """Return a Craig-Bampton basis with c more columns, to serve a second stiffness.
 
-    The result approximates the modes for the stiffness matrices of both bases, and for
-    those between. Boundary coordinates stay physical. Added are the differences of the
-    static modes (scaled to unit mass of the static mode) and the fixed-interface modes
-    of `other`, without their parts in the span of the fixed-interface modes of `basis`,
+    `basis` belongs to one stiffness matrix, `other` to another one, such as those at
+    rest and at speed. The result approximates the modes for both, and for those
+    between. Boundary coordinates stay physical. Added are the differences of the static
+    modes (scaled to unit mass of the static mode) and the fixed-interface modes of
+    `other`, without their parts in the span of the fixed-interface modes of `basis`,
     orthonormalised. Parts whose mass norm is below `NEW` are left out.
 
     Parameters
     ----------
-    mass : (n, n)
+    mass : (n, n), of the structure
     basis, other : (n, b + eta), results of `craig_bampton`
     boundary : (b,) DoF kept
 
@@ -165,7 +178,10 @@ def enriched(mass: Matrix, basis: Matrix, other: Matrix, boundary: Indices) -> M
 
 
 def _mass_norms(mass: Matrix, shapes: Matrix) -> Matrix:
-    """Return sqrt(x^H M x), (c,), for the columns x of shapes (n, c) and M = mass."""
+    """Return the mass norm sqrt(x^H M x) of each of c shapes x, (c,).
+
+    mass, shapes : M (n, n); (n, c), a shape in each column
+    """
     return np.asarray(np.sqrt((shapes.conj() * (mass @ shapes)).sum(axis=0).real))
 
 
@@ -177,7 +193,9 @@ APART = 1e-6  # least relative distance of omega^2 between kept modes and the ne
 
 
 def rough_modes(mass: Matrix, stiffness: Matrix, count: int) -> Floats:
-    """Return approximate lowest modes, (n, count), with which `modes_near` may begin.
+    """Return approximate lowest modes of a structure, (n, count), mass-orthonormal.
+
+    They are good enough to begin the iteration of `modes_near` for similar structures.
 
     mass, stiffness : (n, n), n > count, dense arrays with few entries other than 0
     """
@@ -197,17 +215,17 @@ def modes_near(
     near: Floats,
     count: int,
 ) -> tuple[Floats, Matrix] | None:
-    """Return omega^2 (count,) and shapes (n, count) of the lowest modes of a structure.
+    """Return a structure's lowest modes by iteration from those of a similar one.
 
-    Shapes are mass-orthonormal. None where the iteration does not converge or a mode
-    might be missing.
+    Returns omega^2, (rad/s)^2, (count,), and mass-orthonormal shapes, (n, count); None
+    where the iteration does not converge or a mode might be missing
 
     Parameters
     ----------
     matrices : M, K, (n, n), symmetric, K positive definite
-    solve : x of K x = b
+    solve : function from b to x, K x = b
     near : (n, p), p > count: lowest modes of a similar structure
-    count : number of modes wanted
+    count : number of modes to compute
     """
     mass, shapes = matrices[0], near
     squared = np.zeros(near.shape[1])
@@ -235,8 +253,8 @@ def _is_complete(
 ) -> bool:
     """Return whether no mode is missing among the lowest `count` modes that were found.
 
-    matrices : M, K
-    squared : omega^2 of the modes found, ascending, more than `count`
+    matrices : M, K, (n, n), of the structure
+    squared : omega^2 of the modes found, ascending, more than `count` of them
     """
     last, further = squared[count - 1 : count + 1]
     if further < (1 + APART) * last:

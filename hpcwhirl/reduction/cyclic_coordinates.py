@@ -25,20 +25,25 @@ from hpcwhirl.structure import CyclicStructure
 
 
 def diameters(sectors: int) -> range:
-    """Return the nodal diameters 0 .. N // 2 of N sectors."""
+    """Return the nodal diameters that N = `sectors` equal sectors have: 0 .. N // 2."""
     return range(sectors // 2 + 1)
 
 
 def is_simple(k: int, sectors: int) -> bool:
     """Return whether nodal diameter k is a simple harmonic (0, or N/2 for even N).
 
-    sectors : N. A simple harmonic has single modes, others have pairs
+    A simple harmonic has single modes, standing waves; others have pairs.
+
+    sectors : N
     """
     return 2 * k % sectors == 0
 
 
 def wave(k: int, sectors: int) -> Complexes:
-    """Return the wave e^{i k theta_j} / sqrt(N) of nodal diameter k in N sectors."""
+    """Return the wave e^{i k theta_j} / sqrt(N) of nodal diameter k, (N,).
+
+    theta_j = 2 pi j / N is the angle of sector j; sectors : N
+    """
     steps = k * np.arange(sectors) % sectors  # exact multiples: no drift of the phase
     return np.asarray(np.exp(2j * np.pi * steps / sectors) / np.sqrt(sectors))
 
@@ -46,7 +51,9 @@ def wave(k: int, sectors: int) -> Complexes:
 def block(
     matrix: Floats, structure: CyclicStructure, k: int, *, skew: bool = False
 ) -> Complexes:
-    """Return the Hermitian block of a structure's matrix for nodal diameter k.
+    """Return the part of a structure's matrix that acts on nodal diameter k.
+
+    It is a Hermitian block in complex amplitudes z of one sector and of the centre.
 
     Parameters
     ----------
@@ -80,7 +87,7 @@ def block(
 
 
 def centre_width(structure: CyclicStructure, k: int) -> int:
-    """Return the number of centre coordinates in nodal diameter k (Eq. 11, paper).
+    """Return how many coordinates of the centre nodal diameter k has (Eq. 11, paper).
 
     One complex displacement z_o for k = 1; the real x_o and y_o where one or two
     sectors make k = 1 a simple harmonic; none for any other k.
@@ -93,8 +100,11 @@ def centre_width(structure: CyclicStructure, k: int) -> int:
 def real_block(hermitian: Complexes, *, simple: bool) -> Floats:
     """Return the real symmetric form of a nodal diameter's Hermitian matrix H.
 
-    With z = a + i b the energy z^H H z is (a, b)^T [[Hr, -Hi], [Hi, Hr]] (a, b);
-    simple harmonics have b = 0. The real form of a skew-Hermitian H is skew-symmetric.
+    Its coordinates are the real, then the imaginary parts of z = a + i b: the energy
+    z^H H z is (a, b)^T [[Hr, -Hi], [Hi, Hr]] (a, b). The real form of a skew-Hermitian
+    H is skew-symmetric.
+
+    simple : whether the diameter is a simple harmonic, which has b = 0
     """
     if simple:
         return np.ascontiguousarray(hermitian.real)
@@ -103,12 +113,12 @@ def real_block(hermitian: Complexes, *, simple: bool) -> Floats:
 
 
 def spread(k: int, sectors: int) -> Floats:
-    """Return the motion of N sectors for unit coordinates of nodal diameter k, real.
+    """Return how N sectors move in a DoF whose amplitude on nodal diameter k is 1.
 
     Returns
     -------
-    (N, 1) for a simple harmonic, else (N, 2): orthonormal columns for a and b of z = a
-    + i b
+    (N, 1) for a simple harmonic, else (N, 2), real: orthonormal columns, the first for
+    the real part a, the second for the imaginary part b of the amplitude z = a + i b
     """
     waves = wave(k, sectors)
     if is_simple(k, sectors):
@@ -124,7 +134,7 @@ STILL = 1e-10  # squared tip motion, relative to the largest, that counts as 0
 
 
 def diameter_shares(shapes: Floats, blades: int) -> Floats:
-    """Return the share of each nodal diameter in the tip motion of m modes.
+    """Return the share of each nodal diameter in the squared tip motion of m modes.
 
     Parameters
     ----------
@@ -133,18 +143,19 @@ def diameter_shares(shapes: Floats, blades: int) -> Floats:
 
     Returns
     -------
-    (N // 2 + 1, m)
+    (N // 2 + 1, m), which add up to 1 in each mode; 0 for a mode without tip motion
     """
     power = np.einsum("kmm->km", _grams(shapes, blades))
     return np.asarray(power / np.maximum(power.sum(axis=0), np.finfo(float).tiny))
 
 
 def _grams(shapes: Floats, blades: int) -> Floats:
-    """Return G_k = T_k^H T_k for each nodal diameter k, (N // 2 + 1, m, m).
+    """Return the Gram matrix of m modes' tip motion on each nodal diameter k.
 
-    T_k is the discrete Fourier transform of the tips of m modes on k.
+    Returns G_k = T_k^H T_k, (N // 2 + 1, m, m), T_k being the discrete Fourier
+    transform of the tips on k
 
-    shapes, blades : (n, m), tips first; N
+    shapes, blades : (n, m), tips (radial, tangential of blade 0, 1, ...) first; N
     """
     tips = shapes[: 2 * blades].reshape(blades, 2, -1)
     waves = np.fft.fft(tips, axis=0)[: blades // 2 + 1]
@@ -154,12 +165,12 @@ def _grams(shapes: Floats, blades: int) -> Floats:
 
 
 def runs(values: Floats, apart: Floats) -> Iterator[Indices]:
-    """Yield the indices of each run of ascending values that lie close together.
+    """Yield the indices of values that lie close together, such as equal frequencies.
+
+    Two successive values or more, each close to the one before it, form a run.
 
     values : (m,), ascending
-    apart : (m,), largest difference of a value from the one before it in its run
-
-    Runs of a single value are left out.
+    apart : (m,), largest difference of a value from the one before it in the same run
     """
     cuts = np.flatnonzero(np.diff(values) > apart[1:]) + 1
     for run in np.split(np.arange(len(values)), cuts):
@@ -168,9 +179,9 @@ def runs(values: Floats, apart: Floats) -> Iterator[Indices]:
 
 
 def mixed(shapes: Floats, blades: int) -> bool:
-    """Return whether the tips of any mode move in several nodal diameters.
+    """Return whether any of m modes mixes nodal diameters in its tip motion.
 
-    shapes, blades : (n, m), m modes, the tips first; N
+    shapes, blades : (n, m), tips (radial, tangential of blade 0, 1, ...) first; N
     """
     power = np.einsum("kmm->km", _grams(shapes, blades))
     whole = power.sum(axis=0)
@@ -187,7 +198,7 @@ def unmixed(
     ----------
     shapes : (n, m), modes of one frequency, the tips first
     blades : N
-    hub : (2, m), x_o and y_o, which count as tips in k = 1; optional
+    hub : (2, m), x_o and y_o, which count as tip motion of k = 1; None: do not count
 
     Returns
     -------
@@ -213,10 +224,10 @@ def unmixed(
 
 
 def aligned(shapes: Floats, omega: Floats, blades: int) -> Floats:
-    """Return mode shapes with one nodal diameter each, as far as possible.
+    """Return mode shapes of a rotor, combined so that each has one nodal diameter.
 
     Only modes whose frequencies are equal to round-off are combined, so that the
-    results are modes, too.
+    results are modes, too; others may keep several diameters.
 
     Parameters
     ----------
@@ -233,7 +244,7 @@ def aligned(shapes: Floats, omega: Floats, blades: int) -> Floats:
 
 
 def dominant(shapes: Floats, omega: Floats, blades: int) -> Integers:
-    """Return the nodal diameter of each of m modes, (m,), that dominates its tips.
+    """Return the nodal diameter that dominates the tip motion of each of m modes, (m,).
 
     Mixed modes of nearly one frequency get the diameters of their unmixed combinations
     (see `unmixed`), with which they are paired by the largest overlap.
@@ -248,12 +259,15 @@ def dominant(shapes: Floats, omega: Floats, blades: int) -> Integers:
 
 
 def _assigned(shapes: Floats, first: Integers, blades: int) -> Integers:
-    """Return the nodal diameters of m mixed modes, those of `unmixed` combinations.
+    """Return nodal diameters for m modes of nearly one frequency, (m,), as labels.
 
-    Modes and combinations are paired by largest overlap. A mode that is paired with a
-    combination without tip motion keeps its diameter in `first`.
+    The modes are paired, by largest overlap, with combinations of them that have one
+    diameter each; a mode gets the diameter of its combination. If the combination has
+    no tip motion, the mode keeps its diameter in `first`.
 
+    shapes : (n, m), tips first
     first : (m,), nodal diameter that dominates the tips of each mode
+    blades : N
     """
     from scipy.optimize import linear_sum_assignment  # slow to import
 

@@ -1,4 +1,6 @@
-"""Factors of sparse positive definite matrices: LU, or Cholesky where installed.
+"""Direct solution of sparse linear systems: factors by LU, or Cholesky if installed.
+
+Matrices are positive definite, such as the stiffness of a finite-element wheel.
 
 A large matrix is factored by CHOLMOD (Chen et al. 2008, doi 10.1145/1391989.1391995; in
 cvxopt) in the order of METIS's nested dissection (pymetis): for a massive solid this
@@ -27,7 +29,7 @@ UNHELD = "stiffness must hold every part while tips and centre are fixed; it is 
 
 
 def factored(matrix: sparse.csc_array, tell: Tell) -> Solve:
-    """Return a function of b that solves A x = b by a factor of the matrix A.
+    """Factor a matrix A; return a function from b to the solution x of A x = b.
 
     b and x are (n,) or (n, m).
 
@@ -63,10 +65,13 @@ def factored(matrix: sparse.csc_array, tell: Tell) -> Solve:
 
 
 def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
-    """Return the graph of a matrix's nodes, and the node of each of n unknowns, (n,).
+    """Return which nodes of a sparse matrix are coupled, and each unknown's node, (n,).
 
-    Unknowns that are coupled to the same unknowns form one node. The graph is a
-    positive definite matrix with an entry -1 for each pair of coupled nodes.
+    Unknowns that are coupled to the same unknowns, such as the DoF of a finite-element
+    node, form one node. The coupling is returned as a graph, (nodes, nodes), a positive
+    definite matrix with an entry -1 for each pair of coupled nodes.
+
+    matrix : (n, n)
     """
     names = np.random.default_rng(0).integers(1 << 62, size=matrix.shape[0])
     joined = np.add.reduceat(names[matrix.indices], matrix.indptr[:-1])
@@ -82,13 +87,15 @@ def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
 def expected_fill(
     graph: sparse.csc_array, node: Integers, order: Integers | None = None
 ) -> int:
-    """Estimate the number of entries of the factors L and U of a sparse matrix.
+    """Estimate the number of nonzero entries of the factors L and U of a sparse matrix.
+
+    It tells the memory that a factor needs, before it is made.
 
     Parameters
     ----------
-    graph, node : graph of the matrix's nodes, and the node of each unknown, see
-        `_nodes`
-    order : elimination order of the nodes; None: minimum degree
+    graph : (nodes, nodes), coupling of the matrix's nodes, see `_nodes`
+    node : (n,), node of each unknown
+    order : (nodes,), order in which nodes are eliminated; None: minimum degree
     """
     # relax: SuperLU fills up subtrees of this many columns; here columns are nodes
     ordered = graph if order is None else sparse.csc_array(graph[:, order][order])
@@ -97,7 +104,10 @@ def expected_fill(
 
 
 def _dissected(graph: sparse.csc_array) -> Integers:
-    """Return a graph's nodes in the elimination order of METIS's nested dissection."""
+    """Return the order in which METIS's nested dissection eliminates nodes, (nodes,).
+
+    graph : (nodes, nodes), coupling of a matrix's nodes, see `_nodes`
+    """
     import pymetis
 
     off_diagonal = sparse.csr_array(graph)
@@ -121,7 +131,10 @@ def _of_unknowns(order: Integers, node: Integers) -> Integers:
 
 
 def scaled_norm(matrix: sparse.csc_array) -> float:
-    """Return the 1-norm of A scaled to unit diagonal, D^-1/2 A D^-1/2, D = diag A."""
+    """Return the 1-norm of a matrix A scaled to unit diagonal.
+
+    The scaled matrix is D^-1/2 A D^-1/2, D = diag A; A is `matrix`, (n, n).
+    """
     scale = 1 / np.sqrt(matrix.diagonal().real)
     sizes = np.abs(matrix.data)
     sizes *= scale[matrix.indices]
@@ -136,8 +149,8 @@ def _lu(
     Parameters
     ----------
     matrix : (n, n), symmetric or Hermitian
-    order : None: SuperLU orders rows and columns by minimum degree; otherwise they are
-        already in this elimination order
+    order : elimination order in which rows and columns of the matrix already are;
+        None: SuperLU orders them by minimum degree
     relax : see `scipy.sparse.linalg.splu`
 
     Raises
@@ -172,7 +185,12 @@ def negative_pivots(matrix: sparse.csc_array) -> int | None:
 
 
 def _cholesky(matrix: sparse.csc_array, order: Integers) -> Solve:
-    """Return a solver of A x = b by A = P^T L L^H P, where P permutes to `order`."""
+    """Return a function from b to the solution x of A x = b, by Cholesky's factor of A.
+
+    A = P^T L L^H P, where P permutes the unknowns to the elimination order.
+
+    matrix, order : A (n, n); (n,), elimination order of the unknowns
+    """
     from cvxopt import cholmod, spmatrix
     from cvxopt import matrix as dense
 

@@ -1,4 +1,9 @@
-"""The modal table: families, nodal diameters, frequencies, shares of shaft energy."""
+"""The modal table of an engine, which `hpcwhirl model` prints, and families of modes.
+
+A family is the modes of one kind for all nodal diameters, such as the first bending
+modes of the blades, 1F. The rank of a mode is its index among those of its nodal
+diameter, by frequency, from 0.
+"""
 
 from __future__ import annotations
 
@@ -22,10 +27,15 @@ PAIR = 1e-8  # relative difference of frequencies up to which a pair is one line
 
 @dataclass(frozen=True)
 class Line:
-    """One line of the modal table; a pair of equal frequencies is one line.
+    """One line of the modal table: a mode, or a pair of modes of equal frequency.
 
+    Attributes
+    ----------
+    body, family : "rotor" or "casing"; such as "1F" or "suspension"
+    nodal_diameter, frequency_hz : k; Hz, at rest
     centre_share : share of the strain energy in the shaft's springs; None if unknown
-    clearance_consumption : c_Delta, see the function of this name; None for the casing
+    clearance_consumption : how much of the tips' motion closes the clearance, 0 to 1,
+        see the function of this name; None for the casing
     """
 
     body: str
@@ -37,7 +47,7 @@ class Line:
 
 
 def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
-    """Return {rank: family} of the modes of a nodal diameter: 1F, 2F, ..., suspension.
+    """Return the family of each mode of a nodal diameter, {rank: "1F", "2F", ...}.
 
     A rank is a mode's index among those of diameter k. The suspension is the mode with
     more than half of its strain energy in the shaft's springs; a disk that tilts on its
@@ -76,9 +86,11 @@ def clearance_consumption(radial: Floats, tangential: Floats) -> float:
 
 
 def _rotor_lines(model: ModalModel, blades: int) -> list[Line]:
-    """Return a rotor's lines of the modal table, one for each mode or pair of modes.
+    """Return the lines of the modal table for a rotor, one for each mode or pair.
 
-    A pair that mistuning has split gives two lines.
+    A pair of modes that mistuning has split gives two lines.
+
+    model, blades : modal model of the rotor; N
     """
     lines, rows = [], contact_rows(model, blades)
     for k in np.unique(model.diameter):
@@ -110,9 +122,10 @@ def _are_pair(model: ModalModel, one: np.intp, other: np.intp) -> bool:
 
 
 def modal_table(model: Model) -> list[Line]:
-    """Return the modal table: lines of the rotor, then the casing, by frequency.
+    """Return the modal table of an engine: lines of the rotor, then of the casing.
 
-    Families of the casing count from 1 within a nodal diameter, as ``1F``, ``2F``.
+    Lines of a body are sorted by frequency. Families of the casing count from 1 within
+    a nodal diameter, as ``1F``, ``2F``.
     """
     table = sorted(
         _rotor_lines(model.rotor, model.blades), key=lambda line: line.frequency_hz
@@ -128,11 +141,12 @@ def modal_table(model: Model) -> list[Line]:
 
 
 def first_family(table: list[Line], body: str) -> dict[int, float]:
-    """Return {nodal diameter: omega of the family 1F, rad/s} of a body.
+    """Return frequencies of a body's first bending family, 1F, by nodal diameter.
 
-    1F is the first bending mode; of a split pair the lower omega is returned.
+    Returns {nodal diameter: omega, rad/s}; of a pair that mistuning has split, the
+    lower omega
 
-    body : "rotor" or "casing"
+    table, body : modal table of the engine; "rotor" or "casing"
     """
     return {
         line.nodal_diameter: 2 * np.pi * line.frequency_hz
@@ -142,11 +156,14 @@ def first_family(table: list[Line], body: str) -> dict[int, float]:
 
 
 def moving_families(table: list[Line]) -> dict[str, dict[int, float]]:
-    """Return {family: {nodal diameter: omega, rad/s}} of the rotor's main waves.
+    """Return frequencies of the rotor's modes that matter for whirl, by family.
 
-    These are 1F and, of the other families, the modes with more than `MOVING_SHARE` of
-    their strain energy in the shaft's springs: the suspension, or two modes that share
-    this energy. Of a split pair, the lower frequency is returned.
+    Returns {family: {nodal diameter: omega, rad/s}}. These modes are 1F and, of the
+    other families, those with more than `MOVING_SHARE` of their strain energy in the
+    shaft's springs: the suspension, or two modes that share this energy. Of a pair that
+    mistuning has split, the lower frequency is returned.
+
+    table : modal table of the engine
     """
     families: dict[str, dict[int, float]] = {}
     for line in table:
@@ -158,9 +175,12 @@ def moving_families(table: list[Line]) -> dict[str, dict[int, float]]:
 
 
 def moving_ranks(model: ModalModel, k: int) -> dict[int, str]:
-    """Return {rank: family} of a nodal diameter's 1F and of modes that move the shaft.
+    """Return {rank: family} of 1F, and of modes that move the shaft, at one diameter.
 
-    k, rank : nodal diameter; a mode's index in it. See `moving_families`
+    A mode moves the shaft if it has more than `MOVING_SHARE` of its strain energy in
+    the shaft's springs. A rank is a mode's index among those of the diameter.
+
+    model, k : modal model of the rotor; nodal diameter
     """
     modes = np.flatnonzero((model.diameter == k) & (model.phase == 0))
     names = family_ranks(model, k)
@@ -197,10 +217,10 @@ def rotor_by_diameter(model: Model) -> ModalModel:
 
 
 def _shares(own: ModalModel, found: ModalModel, blades: int) -> Floats:
-    """Return the share of strain energy in the shaft's springs of modes `found`, (m,).
+    """Return the share of each mode's strain energy in the shaft's springs, (m,).
 
-    The springs' stiffness follows from the shares of `own`, the same rotor with known
-    shares; the result is NaN if those are unknown.
+    The modes are those of `found`. The stiffness of the springs follows from the shares
+    of `own`, the same rotor with other modes whose shares are known; NaN if unknown.
     """
     moved, others = ((centre_rows(m, blades) ** 2).sum(0) for m in (own, found))
     if not moved.any():

@@ -58,9 +58,11 @@ ROUND_OFF = 1e-15  # largest omega^2 of a rigid mode, relative to n times the la
 
 @dataclass(frozen=True)
 class Imported:
-    """A reduced rotor, in coordinates tips (r, t of blade 0, 1, ...), x_o, y_o, q.
+    """A rotor reduced from finite-element matrices, as an engine's file stores it.
 
-    With several contact points a tip, the tips' coordinates are those of all points.
+    Its n coordinates are the displacements of tips (radial, tangential of blade 0, 1,
+    ...; with several contact points a tip, of all points), the centre's x_o, y_o, and
+    amplitudes q of fixed-interface modes.
 
     Attributes
     ----------
@@ -74,10 +76,11 @@ class Imported:
     omega : (n,), rad/s, ascending, natural frequencies of the rotor
     rigid : number of frequencies that are 0, apart from round-off
     condition : worst condition number of the factored matrices, see `Condensed`
-    strained : relative strain by a rigid translation, see `_strained`; None without
-        centre
-    carried : the wheel's mass in a translation, kg; None without a centre
-    points : {name in an engine's file: array (n_c,)} of several contact points a tip
+    strained : largest relative force on a tip in a rigid translation, which must be
+        about 0, see `_strained`; None without a centre
+    carried : mass that moves in a rigid translation, kg; None without a centre
+    points : {name in an engine's file: array (n_c,)}, places of the n_c contact points
+        of a tip; {} with one point
     stress : stress at named points, if the wheel has it
     """
 
@@ -100,10 +103,14 @@ class Imported:
 
 @dataclass(frozen=True)
 class _Reduced:
-    """Reduced M, K and terms of rotation of a wheel.
+    """Reduced M, K and terms of rotation of a wheel, before its shaft is added.
 
+    Attributes
+    ----------
+    mass, stiffness : (n, n), kg and N/m, tips and centre first
+    spin : terms of rotation, if the wheel has them
     last : (rad/s)^2, highest omega^2 of the fixed-interface modes at rest
-    condition : worst condition number, see `Condensed`
+    condition : worst condition number of the factored matrices, see `Condensed`
     added : number of coordinates that the basis for all speeds has in addition
     stress : (N P c, n), from coordinates to c stress components at P points of N blades
     """
@@ -118,7 +125,11 @@ class _Reduced:
 
 
 class _Map:
-    """Builder of the sparse matrix T of u = T v, from free DoF v to all DoF u."""
+    """Builder of the sparse matrix T of u = T v, from free DoF v to all DoF u.
+
+    It expresses DoF that are not free: tips and centre in turned axes, the right cut of
+    a sector by its left cut, and fixed DoF, which are 0.
+    """
 
     def __init__(self) -> None:
         self.rows: list[Integers] = []
@@ -127,20 +138,26 @@ class _Map:
         self.width = 0
 
     def add(self, rows: Integers, columns: Integers, values: Any) -> None:
-        """Set T[rows[i], columns[i]] for all i, to values[i] or to a single value."""
+        """Set entries of T, the sparse matrix from free DoF v to all DoF u.
+
+        rows, columns : (c,), indices of c entries: DoF of u, free DoF of v
+        values : (c,), or one value for all
+        """
         self.rows.append(rows)
         self.columns.append(columns)
         self.values.append(np.broadcast_to(values, rows.shape))
 
     def fresh(self, count: int) -> Integers:
-        """Add `count` columns, new free DoF, to T and return their indices."""
+        """Add `count` new free DoF, columns of T, and return their indices."""
         self.width += count
         return np.arange(self.width - count, self.width)
 
     def add_turned(self, pairs: Integers, columns: Integers, angle: Floats) -> None:
-        """Express m pairs of DoF (m, 2) by m pairs of columns (m, 2) in turned axes.
+        """Set the rows of T that express m points' displacements in turned axes.
 
-        angle : (m,), rad, of the columns' axes from those of the pairs
+        pairs : (m, 2), the two DoF in u of each point
+        columns : (m, 2), the two free DoF of each point, in turned axes
+        angle : (m,), rad, by which the axes of the free DoF are turned
         """
         for j, (pair, turned) in enumerate(zip(pairs, columns, strict=True)):
             self.add(np.repeat(pair, 2), np.tile(turned, 2), turn(angle[j]).T.ravel())
@@ -178,7 +195,10 @@ def imported(wheel: FiniteElements, tell: Tell) -> Imported:
 
 
 def _check_definite(wheel: FiniteElements) -> None:
-    """Refuse a wheel whose diagonals or Ritz values show indefinite matrices."""
+    """Raise InputError if a wheel's mass or stiffness is seen not to be positive.
+
+    Signs of this are a diagonal entry or a Ritz value below 0.
+    """
     moving = np.setdiff1d(np.arange(wheel.mass.shape[0]), wheel.held)
     for name, matrix in (("mass", wheel.mass), ("stiffness", wheel.stiffness)):
         diagonal = matrix.diagonal()[moving]
@@ -192,15 +212,15 @@ def _check_definite(wheel: FiniteElements) -> None:
         if not lowest > (0.0 if name == "mass" else INDEFINITE):
             kind = "definite" if name == "mass" else "semidefinite"
             raise wheel.refusal(
-                f"{name} must be positive {kind}, got the eigenvalue {lowest:.3g} of "
-                "its diagonal"
+                f"{name} must be positive {kind}, got an eigenvalue of at most "
+                f"{lowest:.3g} if scaled to unit diagonal"
             )
 
 
 def _projected(wheel: FiniteElements, lift: sparse.csr_array) -> list[Any]:
-    """Return T^H A T for each matrix A: M, K and, with terms of rotation, C, K_1, K_2.
+    """Return a wheel's matrices in free DoF, T^H A T: M, K and, if any, C, K_1, K_2.
 
-    lift : T, see `_Map`
+    wheel, lift : finite-element matrices A; T, from free DoF to all DoF, see `_Map`
     """
     back = lift.conj().T.tocsr()
     matrices = [wheel.mass, wheel.stiffness]
@@ -212,7 +232,10 @@ def _projected(wheel: FiniteElements, lift: sparse.csr_array) -> list[Any]:
 
 
 def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
-    """Return the reduced matrices of a wheel that is given as a whole."""
+    """Return the reduced matrices of a wheel whose file has matrices of all sectors.
+
+    tell : called with a line before each large factor is made
+    """
     lift, size = _Map(), wheel.mass.shape[0]
     tips = lift.fresh(wheel.tips.size).reshape(-1, 2)
     lift.add_turned(wheel.tips, tips, wheel.angle)
@@ -250,10 +273,13 @@ def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
 def _finished(
     wheel: FiniteElements, piece: Condensed, project: Project, tell: Tell
 ) -> Condensed:
-    """Return a wheel's reduction extended by its terms of rotation, if it has any.
+    """Return a wheel's reduction, with its terms of rotation if it has any.
+
+    With them, modes are added to the basis so that it serves all speeds.
 
     piece : reduction at rest, to the modes that are kept
-    project, tell : see `sparse_modes.condensed`
+    project : function that returns the wheel's sparse matrices in free DoF
+    tell : called with a line before each large factor is made
     """
     if not wheel.turning:
         return piece
@@ -261,9 +287,9 @@ def _finished(
 
 
 def _named(wheel: FiniteElements) -> Integers:
-    """Return the DoF of a wheel that are not free DoF of the matrix T, see `_Map`.
+    """Return the indices of a wheel's DoF that are expressed by others or fixed.
 
-    These are the DoF of tips and centre, which are expressed in turned axes, those on a
+    They are the DoF of tips and centre, which are expressed in turned axes, those on a
     sector's right cut, and fixed ones.
     """
     cut, centre = wheel.cut, wheel.centre
@@ -275,10 +301,12 @@ def _named(wheel: FiniteElements) -> Integers:
 def _sector_map(
     wheel: FiniteElements, cut: Cut, k: int
 ) -> tuple[sparse.csr_array, int]:
-    """Return a sector's matrix T in nodal diameter k, and its number of boundary DoF.
+    """Return a sector's matrix T on nodal diameter k, and its number of boundary DoF.
 
-    T gives all DoF from the free ones, see `_Map`, tips and centre (the boundary)
-    first.
+    T gives all DoF of the sector from its free DoF, of which tips and centre, the
+    boundary, come first.
+
+    wheel, cut : matrices of the sector; DoF on its left and right cut
     """
     lift, size = _Map(), wheel.mass.shape[0]
     tips = lift.fresh(wheel.tips.size).reshape(-1, 2)
@@ -304,7 +332,11 @@ def _sector_map(
 
 
 def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
-    """Return the reduced matrices of a wheel that is given by one sector."""
+    """Return the reduced matrices of a wheel whose file has matrices of one sector.
+
+    cut : DoF on the sector's left and right cut
+    tell : called with a line for each nodal diameter and each large factor
+    """
     blades = wheel.blades
     even = -(-wheel.modes // blades) + MORE
     pieces: dict[int, Condensed] = {}
@@ -344,9 +376,11 @@ def _spread(
 ) -> tuple[Floats, Floats, Spin | None, Floats | None]:
     """Return (M, K, terms of rotation, stress) of all sectors from reduced blocks.
 
-    Their coordinates are tips, centre, and the amplitudes of all nodal diameters.
+    Their coordinates are the tips of all blades, the centre, and the amplitudes of
+    fixed-interface modes of all nodal diameters.
 
-    pieces : {nodal diameter: reduced sector}; cuts : DoF on the sector's two cuts
+    cuts : DoF on the sector's left and right cut
+    pieces : {nodal diameter: matrices of the reduced sector}
     """
     blades, none, own = wheel.blades, np.zeros((0, 0)), 2 * wheel.each
     hub = () if wheel.centre is None else (own * blades, own * blades + 1)
@@ -389,12 +423,14 @@ def _spread(
 def _spread_stress(
     wheel: FiniteElements, cuts: Cut, piece: Condensed, pair: tuple[Block, Floats]
 ) -> Floats:
-    """Return the stress per coordinate in one nodal diameter k, (N r, n), r per blade.
+    """Return the part of all blades' stress that comes from nodal diameter k, (N r, n).
 
-    A wave moves blade j by Re(w_j y), w_j = sqrt(2 / N) e^{2 pi i k j / N} of a pair,
-    with y = y_0 + i y_1 in the block's real coordinates.
+    It is a matrix from n coordinates of the wheel to r stress values of each of N
+    blades. A wave moves blade j by Re(w_j y), w_j = sqrt(2 / N) e^{2 pi i k j / N} of a
+    pair, with y = y_0 + i y_1 in the block's real coordinates.
 
-    piece, pair : the reduced sector; its block, and the map from block to n coordinates
+    piece : reduced sector on diameter k
+    pair : its block, and the matrix from the block's real coordinates to the n ones
     """
     if wheel.stress is None:
         raise TypeError(wheel)
@@ -408,7 +444,13 @@ def _spread_stress(
 
 
 def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
-    """Return a reduced wheel as a checked rotor, with the shaft's mass and springs."""
+    """Return the rotor of a reduced wheel: with the shaft's mass and springs, checked.
+
+    Raises
+    ------
+    InputError
+        if matrices are indefinite or a rigid translation strains the wheel
+    """
     places, centre = wheel.places, wheel.centre
     parts = reduced.mass, reduced.stiffness
     mass, stiffness = (np.array((a + a.T) / 2) for a in parts)
@@ -448,7 +490,10 @@ def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
 
 
 def _stress(wheel: FiniteElements, reduced: _Reduced) -> Stress | None:
-    """Return the stress of all blades in the reduced coordinates; None if not given."""
+    """Return the stress at named points of all blades; None if the wheel has none.
+
+    It is a linear function of the reduced coordinates.
+    """
     if wheel.stress is None or reduced.stress is None:
         return None
     names, size = wheel.stress[0], len(reduced.mass)
@@ -457,9 +502,9 @@ def _stress(wheel: FiniteElements, reduced: _Reduced) -> Stress | None:
 
 
 def _with_shaft(spin: Spin, mass: float, hub: Integers) -> Spin:
-    """Return terms of rotation, to which those of the shaft's mass are added.
+    """Return a rotor's terms of rotation plus those of the shaft's mass at the centre.
 
-    mass, hub : kg; indices of the centre's coordinates
+    mass, hub : kg, of the shaft; (2,), indices of the centre's coordinates
     """
     coriolis, first = spin.coriolis.copy(), spin.stiffening.copy()
     coriolis[np.ix_(hub, hub)] += mass * np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -476,9 +521,13 @@ _FRAMES = (
 
 
 def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floats:
-    """Return omega^2 of all n modes, (n,), (rad/s)^2; refuse indefinite matrices.
+    """Return omega^2 of all n modes of a reduced rotor, (n,), (rad/s)^2.
 
-    mass, stiffness : (n, n), of the reduced rotor; wheel : as given, for messages
+    Raise InputError for a mass matrix that is not positive definite, or a stiffness
+    that is not positive semidefinite.
+
+    wheel : the file's wheel, named in messages
+    mass, stiffness : (n, n), of the reduced rotor
     """
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
@@ -492,9 +541,11 @@ def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floa
 
 
 def _translation(size: int, angle: Floats) -> Floats:
-    """Return unit translations along x and y, (size, 2): of tips and centre; 0 for q.
+    """Return a rotor's coordinates in unit translations along x and y, (size, 2).
 
-    angle : (t,), rad, of t tips or contact points
+    Tips (radial, tangential of each) come first, then the centre; those of modes are 0.
+
+    size, angle : number of coordinates; (t,), rad, of t tips or contact points
     """
     out, count = np.zeros((size, 2)), 2 * len(angle)
     out[0:count:2] = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -504,11 +555,12 @@ def _translation(size: int, angle: Floats) -> Floats:
 
 
 def _strained(stiffness: Floats, angle: Floats) -> float:
-    """Return the largest relative force on a tip DoF in a rigid translation, 0 if free.
+    """Return how much a rigid translation strains a wheel: 0 if it moves freely.
 
-    It is the force on the DoF, divided by the sum of |stiffness| in its row.
+    It is the largest force on a DoF of the tips, divided by the sum of |stiffness| in
+    its row. Wrong angles or orders of blades make it large.
 
-    stiffness, angle : (n, n), tips first; rad, of the tips
+    stiffness, angle : (n, n), N/m, tips first; (t,), rad, of t tips or contact points
     """
     tips = stiffness[: 2 * len(angle)]
     force = np.abs(tips @ _translation(len(stiffness), angle)).max(axis=1)

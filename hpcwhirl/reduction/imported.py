@@ -1,7 +1,8 @@
-"""A rotor from file: reduced matrices, or modes, of N tips and a centre.
+"""A rotor from an engine's file: reduced matrices, or modes, of N tips and a centre.
 
-Coordinates of the file's matrices may have any order; index maps name those of the tips
-and the centre. Everything is checked before it is used.
+The file is an HDF5 file in the layout of `hpcwhirl export-model`. Coordinates of its
+matrices may have any order; arrays of indices in the file say which are those of the
+tips and the centre. Everything is checked before it is used.
 """
 
 from __future__ import annotations
@@ -49,9 +50,9 @@ from hpcwhirl.store.models.engine_file import Given, read_group
 MODAL = 1e-6  # largest error of orthonormality, and off-diagonal of Phi^T D Phi
 EXACT = 1e-9  # largest error of modes and frequencies of a file that are kept unchanged
 LEAST = 1e-15  # an eigensolver's error of omega^2, relative to m times the largest
-ROUND_OFF = 1e-6  # least damping to which errors are related, relative to the largest
+ROUND_OFF = 1e-6  # smallest damping by which errors are divided, over the largest one
 TINY = 1e-300
-ROWS = {  # {array of modal motion: index map of its coordinates}
+ROWS = {  # {array of modal motion in a file: array with its coordinates' indices}
     "modal_tip_radial": "tip_radial",
     "modal_tip_tangential": "tip_tangential",
     "modal_centre": "centre",
@@ -142,14 +143,14 @@ def _modes_and_ratios(
     blades: int,
     damping: float | Floats,
 ) -> tuple[Floats, Floats, float | Floats]:
-    """Return frequencies (m,), mode shapes (n, m), damping ratios of checked matrices.
+    """Return frequencies, rad/s, (m,), shapes (n, m), damping ratios of a file's rotor.
 
     Parameters
     ----------
     given : arrays of the engine's file
-    whole : mass, stiffness and, if the file has it, damping: in the order of `order`,
-        or reduced to fewer coordinates
-    order : (n,), index of each coordinate in the file
+    whole : M, K and, if the file has it, the damping matrix, checked: in the
+        coordinates that `order` lists, or reduced to fewer coordinates
+    order : (n,), index in the file of each coordinate, tips and centre first
     damping : modal damping ratios that are used if the file has none
     """
     mass, stiffness = whole[:2]
@@ -171,11 +172,15 @@ def _modes_and_ratios(
 def _reduced(
     whole: list[Floats], spin: Spin | None, basis: Floats, count: int
 ) -> tuple[list[Floats], Spin | None, float]:
-    """Return matrices and terms of rotation in a basis, and its highest omega, rad/s.
+    """Return a rotor's matrices and terms of rotation in the coordinates of a basis.
 
-    whole : M, K and, if given, the damping matrix
-    count : number of leading columns that form the basis at rest, whose highest omega
-        is returned; may exceed the number of columns
+    The third result is the highest natural frequency of the basis at rest, rad/s;
+    infinite without terms of rotation.
+
+    whole : M, K and, if given, the damping matrix, (n, n)
+    spin : terms of rotation, or None
+    basis : (n, m), a shape in each column
+    count : number of leading columns that form the basis at rest; may exceed m
     """
     parts = [basis.T @ matrix @ basis for matrix in whole]
     whole = [(part + part.T) / 2 for part in parts]
@@ -186,7 +191,7 @@ def _reduced(
 
 
 def _has_all_modes(given: Given) -> bool:
-    """Return whether the modes in a file are all modes of its matrices, to round-off.
+    """Return whether a file has all modes of its matrices, correct to round-off.
 
     They are then used unchanged, so that an exported rotor is read back bit for bit.
     """
@@ -206,7 +211,7 @@ def _has_all_modes(given: Given) -> bool:
 def _basis(
     given: Given, whole: list[Floats], spin: Spin | None, places: int, eta: int
 ) -> Floats:
-    """Return the Craig-Bampton basis (n, b + m) of m fixed-interface modes.
+    """Return the Craig-Bampton basis (n, b + m) of a rotor from file, to reduce it.
 
     m is eta, or less if that would split modes of close frequencies, and more with
     terms of rotation, so that the basis serves all speeds.
@@ -214,10 +219,10 @@ def _basis(
     Parameters
     ----------
     given : the file, for messages
-    whole : mass, stiffness (and damping) (n, n), tips and centre first
+    whole : M, K (and damping) (n, n), tips and centre first
     spin : terms of rotation in these coordinates, or None
-    places : b, number of coordinates of tips and centre
-    eta : number of modes asked for
+    places : b, number of coordinates of tips and centre, which are kept
+    eta : number of fixed-interface modes asked for
     """
     mass, stiffness, taut = whole[0], whole[1], None
     inner = slice(places, None)
@@ -270,10 +275,12 @@ def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalMode
 
 
 def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
-    """Return the rotor with its modes' shares of strain energy in the shaft's springs.
+    """Return a rotor from file with each mode's share of energy in the shaft's springs.
 
-    They follow from the shaft's stiffness; if it cannot be identified, the share of
-    modes that move the centre is NaN.
+    Shares of strain energy follow from the shaft's stiffness, which is identified from
+    the modes; if that is impossible, the share of modes that move the centre is NaN.
+
+    given, blades : the file, for messages; N
     """
     hub = centre_rows(model, blades)
     tips = model.shapes[: 2 * blades].reshape(blades, 2, -1)
@@ -312,7 +319,7 @@ def _check_blades(given: Given, name: str, blades: int) -> None:
 
 
 def _check_shapes(given: Given) -> None:
-    """Check that a file's matrices are square and of one size."""
+    """Raise InputError if a file's matrices are not square or not of one size."""
     count = len(given["mass"])
     for name in ("mass", "stiffness", "damping"):
         if name != "damping" or name in given:
@@ -322,10 +329,11 @@ def _check_shapes(given: Given) -> None:
 
 
 def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
-    """Return indices of coordinates: of tips and centre, and of other contact points.
+    """Return where a file's matrices have the coordinates of tips, centre and points.
 
-    The first has the radial and tangential coordinate of the reference point of blade
-    0, 1, ..., then x_o and y_o, if any; the second those of all other points by blade.
+    The first array has the indices of the radial and tangential coordinate of the
+    reference point of blade 0, 1, ..., then of x_o and y_o, if any; the second those of
+    all other contact points, blade by blade.
     """
     count, both = len(given["mass"]), ("tip_radial", "tip_tangential")
     for name in both:
@@ -352,9 +360,11 @@ def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
 def _checked_modes(
     given: Given, mass: Floats, stiffness: Floats
 ) -> tuple[Floats, Floats]:
-    """Return frequencies (n,) and mode shapes (n, n) of matrices of a file (n, n).
+    """Return frequencies, rad/s, (n,), and mode shapes (n, n) of a file's matrices.
 
-    Indefinite matrices are refused.
+    Raise InputError for matrices that are indefinite.
+
+    mass, stiffness : M, K (n, n), in the order of the model's coordinates
     """
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
@@ -375,7 +385,7 @@ def _checked_modes(
 
 
 def _check_given_shapes(given: Given) -> None:
-    """Check that mode shapes and omega in a file are modes of its matrices."""
+    """Raise InputError if mode shapes and omega in a file do not fit its matrices."""
     shapes, omega = given["shapes"], given["omega"]
     unit = shapes.T @ given["mass"] @ shapes
     miss = np.abs(unit - np.eye(len(omega))).max()
@@ -390,10 +400,11 @@ def _check_given_shapes(given: Given) -> None:
 
 
 def _check_modal_rows(given: Given) -> None:
-    """Check that modal motions of tips and centre in a file agree with its full shapes.
+    """Raise InputError if modal motions of tips and centre differ from full shapes.
 
-    A file with matrices and modal motions, but no full shapes, is refused: the motions
-    could not be compared and would be ignored.
+    A file may have both: modal_tip_radial, modal_tip_tangential, modal_centre; and
+    shapes of all coordinates. A file with matrices and modal motions, but no full
+    shapes, is refused: the motions could not be compared and would be ignored.
     """
     modal = [name for name in ("omega", *ROWS, "damping_ratio") if name in given]
     if "shapes" in given:
@@ -407,11 +418,12 @@ def _check_modal_rows(given: Given) -> None:
 
 
 def _check_rows(given: Given, name: str) -> None:
-    """Check that an array of modal motion repeats its rows of rotor/shapes in the file.
+    """Raise InputError if an array of modal motion differs from its part of the shapes.
 
-    The modal motion of a clamped centre must be 0.
+    The part is the rows of rotor/shapes in the file that belong to the same
+    coordinates. The modal motion of a clamped centre must be 0.
 
-    name : array to check, such as the motion of tips or centre, a key of `ROWS`
+    name : array to check, such as "modal_centre", a key of `ROWS`
     """
     shapes, places = given["shapes"], ROWS[name]
     if places not in given and "mass" not in given:
@@ -429,7 +441,10 @@ def _check_rows(given: Given, name: str) -> None:
 
 
 def _check_given_ratios(given: Given) -> None:
-    """Check a file's damping ratios: >= 0, and equal to those of its rotor/damping."""
+    """Raise InputError if a file's damping ratios are wrong.
+
+    They must be >= 0 and equal to those of its damping matrix, if there is one.
+    """
     if "damping_ratio" not in given:
         return
     ratios, omega = given["damping_ratio"], given["omega"]
@@ -451,9 +466,11 @@ def _check_given_ratios(given: Given) -> None:
 
 
 def _ratios(given: Given, modal: Floats, omega: Floats) -> Floats:
-    """Return modal damping ratios (m,) from `modal` = Phi^T D Phi, (m, m).
+    """Return the damping ratio of each mode, (m,), from the modal damping matrix.
 
-    A file whose matrix is not diagonal or has negative damping is refused.
+    Raise InputError if that matrix is not diagonal or has negative entries.
+
+    modal, omega : Phi^T D Phi, (m, m), D being the file's damping matrix; (m,), rad/s
     """
     rates = np.diag(modal)
     most = max(float(np.abs(modal).max()), TINY)

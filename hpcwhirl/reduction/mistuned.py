@@ -1,4 +1,8 @@
-"""Rotors of unequal sectors: reduced as a whole, modes labelled by nodal diameter."""
+"""Rotors of unequal sectors, by mistuning or the loss of a blade, and their modes.
+
+Such a rotor is reduced as a whole. Its modes have no single nodal diameter; as labels
+they get the diameter and family of modes of the tuned rotor.
+"""
 
 from __future__ import annotations
 
@@ -28,11 +32,13 @@ NEAR = 0.1  # scale of ln(frequency ratio) within which modes are similar
 def labels(
     shapes: Floats, omega: Floats, blades: int
 ) -> tuple[Integers, Integers, Integers]:
-    """Return (diameter, rank, phase) of m modes in order of frequency, each (m,).
+    """Return nodal diameter, rank and phase of m modes as their labels, each (m,).
 
-    The diameter is the dominant one, see `dominant`; successive modes of a diameter
-    form pairs with one rank (k = 0 and N / 2 have single modes). Labels are exact for a
+    The diameter is the one that dominates the tips; successive modes of a diameter form
+    pairs with one rank (k = 0 and N / 2 have single modes). Labels are exact for a
     tuned rotor; for others they are mere names: a localised mode has many diameters.
+
+    shapes, omega, blades : (n, m), tips first; (m,), rad/s, ascending; N
     """
     diameter = dominant(shapes, omega, blades)
     order = np.zeros_like(diameter)
@@ -52,11 +58,13 @@ def named_modes(
     *,
     kept: int,
 ) -> ModalModel:
-    """Return the modal model of m modes, with nodal diameters and ranks by `labels`.
+    """Return the modal model of a rotor from its m modes, which get labels.
+
+    The labels are the nodal diameter that dominates a mode, rank and phase.
 
     Parameters
     ----------
-    matrices : M, K (n, n), or two empty ones
+    matrices : M, K (n, n), or two empty arrays if only modes are known
     shapes : (n, m), mass-orthonormal, tips first
     omega : (m,), rad/s, ascending
     blades : N
@@ -105,16 +113,23 @@ def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel
 
 
 def modes_of(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
-    """Return frequencies (n,), rad/s, ascending, and mode shapes (n, n) of K and M.
+    """Return all modes of a structure: frequencies, rad/s, (n,), and shapes, (n, n).
 
-    Shapes are mass-orthonormal. A negative omega^2 is taken as 0.
+    Frequencies are ascending, shapes mass-orthonormal; omega^2 < 0 is taken as 0.
+
+    mass, stiffness : M, K (n, n), symmetric
     """
     squared, shapes = eigh(stiffness, mass)
     return np.sqrt(np.maximum(squared, 0.0)), np.ascontiguousarray(shapes)
 
 
 def boundary_of(structure: CyclicStructure) -> Indices:
-    """Return indices of the DoF that a reduction keeps: tips by sector, then centre."""
+    """Return the indices of the DoF that a reduction keeps, (b,).
+
+    They are those of the tips, sector by sector, then of the centre.
+
+    structure : bladed disk
+    """
     first = structure.sector_size * np.arange(structure.sectors)
     tips = first[:, None] + np.array(structure.boundary)
     centre = np.array(structure.centre, dtype=np.intp)
@@ -122,10 +137,10 @@ def boundary_of(structure: CyclicStructure) -> Indices:
 
 
 def _reference_speed(structure: CyclicStructure) -> float:
-    """Return the speed, rad/s, whose modes a basis of unequal sectors includes.
+    """Return the speed, rad/s, whose modes extend a basis at rest to all speeds.
 
     It follows from the mean matrices of all sectors, as `modes.reference_speed` does
-    for equal ones, so that it does not depend on which sector is the first.
+    for equal ones, so that it does not depend on which of them is the first.
     """
     n, d = structure.sectors, structure.sector_size
     mean = (
@@ -142,9 +157,10 @@ def _basis(
     rotation: Rotation | None,
     near: Floats | None,
 ) -> Floats:
-    """Return the Craig-Bampton basis of all sectors together, (n, m).
+    """Return the Craig-Bampton basis of a structure of unequal sectors, (n, m).
 
-    boundary, eta, rotation, near : DoF kept; others see `whole_model`
+    boundary : (b,), indices of the DoF kept, tips and centre
+    eta, rotation, near : parameters of `whole_model`
     """
     most = len(structure.mass) - len(boundary)
     if eta > most:
@@ -167,7 +183,7 @@ def whole_model(
 ) -> ModalModel:
     """Return the Craig-Bampton reduction (Eq. 1 of the paper) of all sectors at once.
 
-    The modes have no names yet (diameter, rank and phase are 0), see `named_after`.
+    The modes have no labels yet: diameter, rank and phase are 0, see `named_after`.
 
     Parameters
     ----------

@@ -1,4 +1,8 @@
-"""The model of a scene: both bodies in modal form, and the contact operator."""
+"""The mechanical model of a scene: both bodies by their modes, and where they touch.
+
+The contact operator gives the casing's displacements at the contact points, and the
+loads on the casing of forces there.
+"""
 
 from __future__ import annotations
 
@@ -23,14 +27,18 @@ MOST_KEPT = 32  # number of cached models, 100 kB to some MB each
 
 @dataclass(frozen=True, eq=False)  # compared by identity, see `model_of`
 class Model:
-    """Bladed disk, and the ring that it may touch (None if the casing is rigid).
+    """The mechanical model that is integrated: bladed disk, and casing around it.
+
+    If load and engine repeat g times around the circumference, only one of g equal
+    sectors is integrated, and the model is that of the sector.
 
     Attributes
     ----------
-    rotor, casing : modes of the bodies
-    ring : contact operator: displacements and loads of the casing at angles
-    blades : number of blades N, of this sector if g > 1
-    folds : g, if this is one of g sectors that move alike, see `case.plan`; else 1
+    rotor, casing : modes of the bodies; the casing's are None if it is rigid
+    ring : contact operator, which gives the casing's displacements at angles, and loads
+        on its coordinates from forces there; None if the casing is rigid
+    blades : number of blades N, those of the sector if g > 1
+    folds : g; 1 if the whole engine is integrated
     lifts : for g > 1, matrices (n, m) for rotor and casing from the sector's m
         amplitudes to the n displacements of the whole body
     """
@@ -44,7 +52,7 @@ class Model:
 
     @property
     def shapes(self) -> tuple[Floats, Floats]:
-        """Displacements of rotor and casing for unit amplitudes of m modes, (n, m)."""
+        """Mode shapes of rotor and of casing, (n, m) each, of m modes of the body."""
         casing = np.zeros((0, 0)) if self.casing is None else self.casing.shapes
         return self.lifts or (self.rotor.shapes, casing)
 
@@ -60,7 +68,10 @@ class Model:
 
     @property
     def places(self) -> tuple[Integers, Integers]:
-        """Indices of radial and tangential coordinates of contact points, (N n_c,)."""
+        """Indices of the contact points' coordinates among those of the rotor.
+
+        Those of radial, and of tangential displacements, (N n_c,) each.
+        """
         points = self.rotor.points
         if points is None:
             tips = np.arange(0, 2 * self.blades, 2)
@@ -69,7 +80,7 @@ class Model:
 
     @property
     def angles(self) -> Floats:
-        """Angles of the contact points, (N n_c,), rad, blade 0 being at 0."""
+        """Angles of the contact points from blade 0, (N n_c,), rad, blade by blade."""
         angle = 2.0 * math.pi * np.arange(self.blades) / self.blades
         points = self.rotor.points
         if points is None:
@@ -78,7 +89,7 @@ class Model:
 
     @property
     def stations(self) -> Floats:
-        """Axial places of the contact points, (N n_c,), m, 0 in the casing's middle."""
+        """Axial positions of contact points, (N n_c,), m, 0 in the casing's middle."""
         points = self.rotor.points
         return np.zeros(self.contacts) if points is None else self._by_point("station")
 
@@ -107,11 +118,13 @@ class Model:
 
 
 def highest(body: ModalModel, speed: float, blades: int) -> float:
-    """Return the highest natural frequency of a body at a speed, both in rad/s.
+    """Return the highest natural frequency of a body at a speed, rad/s.
 
-    It follows from the stiffness at this speed, without Coriolis forces.
+    It follows from the stiffness at this speed, without Coriolis forces, and limits the
+    time step.
 
     body, blades : modal model of rotor or casing; number of blades
+    speed : Omega, rad/s
     """
     if body.spin is None:
         return float(body.omega.max())
@@ -148,7 +161,10 @@ def model_of(scene: Scene) -> Model:
 
 
 def _modes_of_file(scene: Scene) -> int | None:
-    """Return how many fixed-interface modes of a rotor from file to keep; None: all."""
+    """Return how many fixed-interface modes are kept of a scene's rotor from file.
+
+    None: all of them.
+    """
     if scene.solver.truncation == 0.0 or not has_families(scene):
         return None
     return scene.solver.modes
@@ -178,7 +194,7 @@ def _model(
     ring: tuple[Casing, float, tuple[str, str]] | None,
     rotation: str,
 ) -> Model:
-    """Return the model from the inputs that determine it, by which it is cached.
+    """Return the model of an engine; cached by the inputs that determine it.
 
     Parameters
     ----------

@@ -1,4 +1,10 @@
-"""Reduced rotor and ring in real coordinates, with their modes and modal damping."""
+"""Modal models: rotor or ring reduced to real coordinates, its modes, modal damping.
+
+A body of equal sectors is reduced nodal diameter by nodal diameter, each with a complex
+block of one sector; then the blocks are assembled to matrices in physical coordinates.
+A basis at rest consists of modes at Omega = 0; with terms of rotation it is extended by
+modes at a reference speed, so that it serves all speeds.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +40,7 @@ from hpcwhirl.reduction.supports import (
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 Added = tuple[Complexes, Complexes, Complexes]
-REACH = 2.0  # ratio of a basis's reference speed to the first frequency
+REACH = 2.0  # reference speed that extends a basis / first natural frequency
 BACKWARD = np.array([[-1j]])  # turns conj(x + i y) by 90 degrees, anticlockwise
 NONE = np.zeros((0, 0))
 SUSPENSION_SHARE = 0.5  # least share of strain energy in the springs of the suspension
@@ -42,11 +48,12 @@ SUSPENSION_SHARE = 0.5  # least share of strain energy in the springs of the sus
 
 @dataclass(frozen=True)
 class Symmetry:
-    """The deviation of a rotor's sectors from equality, see `recognise`.
+    """How much the sectors of a rotor from file differ from each other.
 
     Attributes
     ----------
-    deviation : largest relative deviation; infinite if modes cannot be paired
+    deviation : largest relative deviation from equal sectors, of frequency, damping or
+        shape, see `recognise`; infinite if modes cannot be paired
     tolerance : deviation up to which sectors count as equal
     where : text that names the quantity, frequency and nodal diameter that deviate most
     """
@@ -58,9 +65,9 @@ class Symmetry:
 
 @dataclass(frozen=True)
 class SpinBlock:
-    """Terms of rotation of one nodal diameter, in coordinates of its m modes at rest.
+    """Modes of one nodal diameter at rest, and its terms of rotation.
 
-    In these coordinates M = 1.
+    The terms are matrices in the complex amplitudes of its m modes, with M = 1.
 
     Attributes
     ----------
@@ -83,13 +90,13 @@ class SpinBlock:
 
     @property
     def multiplicity(self) -> int:
-        """Number of real modes per complex one: 1 for a simple harmonic, else 2."""
+        """Number of real modes per complex mode: 1 for a simple harmonic, else 2."""
         return 1 if self.simple else 2
 
 
 @dataclass(frozen=True)
 class Spin:
-    """The terms that rotation adds to a reduced rotor, see `structure.rotation`.
+    """The terms of rotation: matrices and loads that rotation adds to a reduced rotor.
 
     M x" + (D + D_s + 2 Omega C) x' + (K + Omega^2 K_1 + Omega^4 K_2 + S) x = f +
     Omega^2 F_c. The supports do not rotate: those that are the same in all directions
@@ -101,8 +108,8 @@ class Spin:
     stiffening : K_1 (n, n), kg; for the built-in rotor K_g - M
     load : F_c (n,), kg m
     quartic : K_2 (n, n), kg s^2; None: 0
-    waves : the block of each nodal diameter; empty for unequal sectors, and for one or
-        two sectors
+    waves : modes and terms of rotation of each nodal diameter; empty for unequal
+        sectors, and for one or two sectors
     support : supports of the centre that the stiffness matrix does not include
     tilt : indices of the tilt's coordinates, if the disk tilts
     released : (n,), kg m, the pull of a lost blade with opposite sign; None: none is
@@ -123,9 +130,11 @@ class Spin:
 
 
 def stiffening_at(spin: Spin | SpinBlock, speed: float) -> Any:
-    """Return the stiffness that rotation adds, Omega^2 K_1 + Omega^4 K_2.
+    """Return the stiffness that rotation adds to a rotor, Omega^2 K_1 + Omega^4 K_2.
 
-    N/m for a rotor's terms, 1/s^2 for those of a nodal diameter; speed : Omega, rad/s
+    N/m for terms in physical coordinates, 1/s^2 for those of a nodal diameter's modes.
+
+    spin, speed : terms of rotation; Omega, rad/s
     """
     first = speed**2 * spin.stiffening
     return first if spin.quartic is None else first + speed**4 * spin.quartic
@@ -133,15 +142,15 @@ def stiffening_at(spin: Spin | SpinBlock, speed: float) -> Any:
 
 @dataclass(frozen=True, eq=False)  # a key of caches by itself, not by its arrays
 class ModalModel:
-    """A body in reduced physical coordinates, with its modes.
+    """A body, rotor or casing, reduced to n coordinates, and its m modes.
 
     Attributes
     ----------
     mass, stiffness : (n, n); a rotor's coordinates are the tips (radial,
         tangential of blade 0, 1, ...), the centre x_o, y_o if free, then q_CB;
         a ring's are its nodal DoF. Both (0, 0) for a body with modes only
-    shapes : (n, m), mass-orthonormal
-    omega : (m,), rad/s, ascending
+    shapes : (n, m), 1/sqrt(kg), mass-orthonormal mode shapes
+    omega : (m,), rad/s, ascending, natural frequencies at rest
     diameter : (m,), nodal diameter of each mode; for a rotor that is not cyclic the one
         that dominates its tips, see `mistuned`
     rank : (m,), index of the mode among those of its nodal diameter, from 0
@@ -210,18 +219,27 @@ class ModalModel:
         return replace(self, mass=NONE, stiffness=NONE, **kept)
 
     def damping_matrix(self) -> Floats:
-        """Return D = M Phi diag(2 xi omega) Phi^T M, (n, n), N s/m."""
+        """Return the matrix of modal damping, (n, n), N s/m.
+
+        D = M Phi diag(2 xi omega) Phi^T M, with Phi the mode shapes.
+        """
         lift = self.mass @ self.shapes
         return (lift * (2 * self.ratios * self.omega)) @ lift.T
 
 
 def has_centre(model: ModalModel, blades: int) -> bool:
-    """Return whether a rotor of `blades` blades has a centre that is free to move."""
+    """Return whether the centre of a rotor is free to move, not clamped.
+
+    model, blades : modal model of the rotor; N
+    """
     return len(model.shapes) > 2 * blades + model.kept
 
 
 def centre_rows(model: ModalModel, blades: int) -> Floats:
-    """Return the motion of the centre (x_o, y_o) in m modes, (2, m); 0 if clamped."""
+    """Return the centre's displacement x_o, y_o in each of m modes, (2, m), 1/sqrt(kg).
+
+    It is 0 if the centre is clamped; model, blades : modal model of the rotor; N
+    """
     if not has_centre(model, blades):
         return np.zeros((2, len(model.omega)))
     return model.shapes[2 * blades : 2 * blades + 2]
@@ -230,11 +248,11 @@ def centre_rows(model: ModalModel, blades: int) -> Floats:
 def with_ratio(
     model: ModalModel, chosen: NDArray[np.bool_], ratio: float
 ) -> ModalModel:
-    """Return the body with another damping ratio for some of its modes.
+    """Return a body's modal model with another damping ratio for some of its modes.
 
     Parameters
     ----------
-    model : the body
+    model : the modal model, with m modes
     chosen : (m,), whether a mode gets the ratio
     ratio : damping ratio xi of these modes; if negative, nothing is changed
     """
@@ -245,13 +263,14 @@ def with_ratio(
 
 @dataclass(frozen=True)
 class Block:
-    """The Hermitian reduced matrices of one nodal diameter, and their modes.
+    """The reduced matrices of one nodal diameter, Hermitian, and their modes.
 
     Attributes
     ----------
     k, simple : nodal diameter; whether it is a simple harmonic
-    mass, stiffness : (n, n), of n reduced coordinates
-    omega, modes : (n,), rad/s; (n, n); empty if they are not needed
+    mass, stiffness : (n, n), in n complex amplitudes of one sector: its boundary DoF,
+        the centre, fixed-interface modes
+    omega, modes : (n,), rad/s; (n, n), a mode in each column; empty if not needed
     coriolis, stiffening, load, quartic : terms of rotation, if included, see `Spin`
     """
 
@@ -268,12 +287,12 @@ class Block:
 
     @property
     def multiplicity(self) -> int:
-        """Real coordinates per complex one: 1 for a simple harmonic, else 2."""
+        """Number of real coordinates per complex one: 1 if `simple`, else 2."""
         return 1 if self.simple else 2
 
 
 def _fixed_frequencies(structure: CyclicStructure) -> dict[int, Floats]:
-    """Return {nodal diameter: fixed-interface frequencies, rad/s, of its modes}."""
+    """Return the fixed-interface frequencies of each nodal diameter, {k: rad/s}."""
     out = {}
     inner = np.setdiff1d(np.arange(structure.sector_size), structure.boundary)
     for k in diameters(structure.sectors):
@@ -285,10 +304,10 @@ def _fixed_frequencies(structure: CyclicStructure) -> dict[int, Floats]:
 
 
 def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
-    """Return {nodal diameter: number of fixed-interface modes that it keeps}.
+    """Distribute `eta` fixed-interface modes over nodal diameters, {k: its number}.
 
-    Together these are the lowest `eta` real modes of the whole structure; a degenerate
-    pair that `eta` would split is left out, to preserve the symmetry.
+    Together these are the lowest `eta` real modes of the whole structure; a pair of
+    equal frequency that `eta` would split is left out, to preserve the symmetry.
     """
     inner = structure.sector_size - len(structure.boundary)
     most = inner * structure.sectors
@@ -306,12 +325,14 @@ def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
 def lowest_of(
     listed: Iterable[tuple[float, int]], sectors: int, most: int
 ) -> tuple[dict[int, int], float]:
-    """Return {nodal diameter: its number of lowest modes}, and the highest value kept.
+    """Choose the lowest modes of all nodal diameters; return how many each one keeps.
 
-    listed : (frequency or its square, nodal diameter) of modes, in any order; the last
-        one kept is returned as listed here
+    Returns {nodal diameter: number of its lowest modes that are kept}, and the highest
+    frequency of these, or its square, as `listed` has it
+
+    listed : (frequency or its square, nodal diameter) of each mode, in any order
     sectors : N
-    most : number of real modes to keep, fewer if that would split a pair
+    most : number of real modes to keep; one fewer if that would split a pair
     """
     counts, left, last = dict.fromkeys(diameters(sectors), 0), most, 0.0
     for value, k in sorted(listed):
@@ -327,7 +348,8 @@ def lowest_of(
 def reference_speed(structure: CyclicStructure) -> float:
     """Return the speed, rad/s, whose modes extend a basis at rest to all speeds.
 
-    It is `REACH` times the first frequency of nodal diameter 0, at rest.
+    It is `REACH` times the first frequency of nodal diameter 0 of a structure of equal
+    sectors at rest.
     """
     mass, stiffness = (
         block(a, structure, 0).real for a in (structure.mass, structure.stiffness)
@@ -336,9 +358,9 @@ def reference_speed(structure: CyclicStructure) -> float:
 
 
 def speed_of_basis(mass: Floats, stiffness: Floats) -> float:
-    """Return the reference speed of a basis: `REACH` times the first frequency, rad/s.
+    """Return the speed, rad/s, whose modes extend a basis at rest to all speeds.
 
-    mass, stiffness : (n, n), at rest
+    It is `REACH` times the lowest natural frequency; mass, stiffness : (n, n), at rest
     """
     squared = eigh(stiffness, mass, eigvals_only=True, subset_by_index=(0, 0))[0]
     return REACH * float(np.sqrt(max(squared, 0.0)))
@@ -353,14 +375,15 @@ def reduction_basis(
 ) -> Any:
     """Return the Craig-Bampton basis, (n, b + eta), or an extended one for all speeds.
 
-    b boundary coordinates and eta fixed-interface modes span it, see `craig_bampton`.
+    It has b static modes, one for each boundary DoF, and eta fixed-interface modes.
 
     Parameters
     ----------
-    mass, stiffness : (n, n)
-    kept : (boundary DoF, number of fixed-interface modes)
-    taut : (n, n), stiffness at the reference speed, for a basis for all speeds
-    near : see `craig_bampton`
+    mass, stiffness : (n, n), at rest
+    kept : ((b,), indices of the boundary DoF; eta)
+    taut : (n, n), stiffness at the reference speed, whose modes are added to the basis;
+        None: a basis at rest only
+    near : lowest fixed-interface modes of a similar structure, see `craig_bampton`
     """
     basis, _ = craig_bampton(mass, stiffness, *kept, near)
     if taut is None:
@@ -370,10 +393,12 @@ def reduction_basis(
 
 
 def highest_of(mass: Any, stiffness: Any, count: int) -> float:
-    """Return the highest frequency, rad/s, of the modes of a basis at rest.
+    """Return the highest natural frequency, rad/s, that a basis at rest has.
 
-    mass, stiffness : (n, n), reduced by a basis for all speeds
-    count : number of its leading coordinates, those of the basis at rest; others are 0
+    Of a basis for all speeds it is a part; modes above this frequency do not count.
+
+    mass, stiffness : (n, n), reduced by a basis that was extended to all speeds
+    count : number of its leading coordinates, those of the basis at rest
     """
     first, last = (slice(count), slice(count)), (count - 1, count - 1)
     given = stiffness[first], mass[first]
@@ -417,8 +442,9 @@ def _blocks(
 
 
 def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
-    """Return (C, K_g, F_c + i F_e) of nodal diameter k; loads are 0 unless k = 0.
+    """Return a rotor's terms of rotation (C, K_g, F_c + i F_e) on nodal diameter k.
 
+    They are not yet reduced; loads are 0 unless k = 0.
     C is the matrix of Coriolis forces, K_g the stress stiffness, F_c the centrifugal
     load and F_e the load of a changing speed, see `Rotation`. Both loads are real; one
     complex array holds them, so that both are reduced at once.
@@ -434,9 +460,11 @@ def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
 
 
 def _reduced(basis: Complexes, mass: Complexes, added: Added) -> Added:
-    """Return the terms of rotation C, K_1 = K_g - M and the loads, reduced by a basis.
+    """Return the terms of rotation of a nodal diameter, reduced by a basis.
 
-    added : (C, K_g, loads), result of `_added`
+    They are C, K_1 = K_g - M and the loads F_c + i F_e.
+
+    basis, mass, added : (n, m); (n, n); (C, K_g, loads), result of `_added`
     """
     back, (coriolis, stiffening, load) = basis.conj().T, added
     return back @ coriolis @ basis, back @ (stiffening - mass) @ basis, back @ load
@@ -445,13 +473,16 @@ def _reduced(basis: Complexes, mass: Complexes, added: Added) -> Added:
 def physical_columns(
     piece: Block, structure: CyclicStructure, kept: int, size: int, start: int
 ) -> Floats:
-    """Return the matrix (size, DoF) from a block's real DoF to physical coordinates.
+    """Return the matrix from a block's real coordinates to physical coordinates.
+
+    Returns (size, r), r real coordinates: the real, then the imaginary parts of the
+    complex ones of the block.
 
     The first `kept` coordinates of a block are DoF of a sector, followed by those of
     the centre, if any, and by the amplitudes q_CB of fixed-interface modes, which are
     copied to the rows from `start` on.
 
-    piece : the block of a nodal diameter; size : number of physical coordinates
+    piece, size : block of a nodal diameter; number of physical coordinates of the body
     """
     width, inner = piece.multiplicity, len(piece.mass)
     out = np.zeros((size, inner * width))
@@ -474,9 +505,11 @@ def physical_columns(
 
 
 def _real_modes(piece: Block) -> list[Floats]:
-    """Return a nodal diameter's modes in its real coordinates, one array per phase.
+    """Return the complex modes of a block as pairs of real modes.
 
-    The coordinates are the real, then the imaginary parts of the block's complex ones.
+    Returns an array for the first, and one for the second mode of each pair (only the
+    first for a simple harmonic), in the block's real coordinates: the real, then the
+    imaginary parts of its complex ones
     """
     re, im = piece.modes.real, piece.modes.imag
     if piece.simple:
@@ -485,9 +518,9 @@ def _real_modes(piece: Block) -> list[Floats]:
 
 
 def _centre_share(piece: Block, structure: CyclicStructure, kept: int) -> Floats:
-    """Return the share of each mode's strain energy in the shaft's springs, (m,).
+    """Return the share of a block's modes' strain energy in the shaft's springs, (m,).
 
-    piece, kept : the nodal diameter's block; number of a sector's DoF in it
+    piece, kept : block of a nodal diameter; number of a sector's DoF in it
     """
     hub = piece.modes[kept : kept + centre_width(structure, piece.k)]
     tilt = structure.tilt if piece.k == 1 else None
@@ -497,9 +530,10 @@ def _centre_share(piece: Block, structure: CyclicStructure, kept: int) -> Floats
 
 
 def _labels(piece: Block, share: Floats, phase: int) -> list[Floats]:
-    """Return [omega, k, rank, phase, share] of a nodal diameter's m modes, each (m,).
+    """Return the labels [omega, k, rank, phase, share] of a block's m modes, each (m,).
 
-    share, phase : (m,), strain energy in the shaft; 0 or 1, which mode of each pair
+    share, phase : (m,), share of strain energy in the shaft's springs; 0 or 1, which
+        mode of each pair the labels are for
     """
     same = np.ones(len(piece.omega))
     rank = np.arange(len(piece.omega), dtype=np.float64)
@@ -507,9 +541,10 @@ def _labels(piece: Block, share: Floats, phase: int) -> list[Floats]:
 
 
 def _summed(pieces: list[tuple[Block, Floats]], name: str) -> Floats:
-    """Return a matrix in physical coordinates, summed over the blocks of all diameters.
+    """Return a whole body's matrix, (n, n), in physical coordinates from its blocks.
 
-    pieces : (block, map from its real DoF to physical coordinates)
+    pieces : block of each nodal diameter, and matrix from its real to the n physical
+        coordinates
     name : the matrix's name in a block, such as "mass"
     """
     size = len(pieces[0][1])
@@ -521,9 +556,10 @@ def _summed(pieces: list[tuple[Block, Floats]], name: str) -> Floats:
 
 
 def assembled(pieces: list[tuple[Block, Floats]]) -> tuple[Floats, Floats]:
-    """Return (M, K) in physical coordinates, summed over all nodal diameters.
+    """Return M, K of the whole body in physical coordinates from its blocks, (n, n).
 
-    pieces : (block, map from its real DoF to physical coordinates) of each diameter
+    pieces : block of each nodal diameter, and matrix from its real to the n physical
+        coordinates, from `physical_columns`
     """
     return _summed(pieces, "mass"), _summed(pieces, "stiffness")
 
@@ -531,9 +567,13 @@ def assembled(pieces: list[tuple[Block, Floats]]) -> tuple[Floats, Floats]:
 def assembled_spin(
     pieces: list[tuple[Block, Floats]], tilt: tuple[int, ...] = ()
 ) -> Spin | None:
-    """Return the terms of rotation in physical coordinates, summed; None without them.
+    """Return a rotor's terms of rotation in physical coordinates from its blocks.
 
-    pieces, tilt : see `assembled`; indices of the tilt's coordinates, if the disk tilts
+    None if the blocks have no terms of rotation.
+
+    pieces : block of each nodal diameter, and matrix from its real to the physical
+        coordinates
+    tilt : indices of the tilt's coordinates, if the disk tilts
     """
     if any(piece.load is None for piece, _ in pieces):
         return None
@@ -555,7 +595,9 @@ def modal_model(
     eta: int | None = None,
     rotation: Rotation | None = None,
 ) -> ModalModel:
-    """Return a structure's reduced matrices and modes, nodal diameter by diameter.
+    """Return the modal model of a structure of equal sectors: rotor or ring.
+
+    It is reduced nodal diameter by nodal diameter.
 
     Parameters
     ----------

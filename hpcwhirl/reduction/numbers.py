@@ -31,9 +31,11 @@ def one_thread() -> Iterator[None]:
 def zero_between(
     function: Callable[[float], float], low: float, high: float, **tolerances: float
 ) -> float:
-    """Return the zero of a function that changes its sign between `low` and `high`.
+    """Return the zero of a continuous function of one number in an interval.
 
-    tolerances : arguments of `scipy.optimize.brentq`
+    function : its values at both ends must have different signs
+    low, high : ends of the interval
+    tolerances : xtol, rtol or maxiter of `scipy.optimize.brentq`
     """
     from scipy.optimize import brentq  # slow to import
 

@@ -1,4 +1,4 @@
-"""Points of the blades: several contact points per tip; named points with stress.
+"""Points of blades of a rotor from file: contact points of a tip, points with stress.
 
 Contact point m = 0 .. n_c - 1 of blade j lies at the axial place zeta_m, 0 in the
 casing's middle, and at the angle 2 pi j / N + tau_m, with radial and tangential axes at
@@ -38,15 +38,15 @@ BY_BLADE = (
 
 @dataclass(frozen=True)
 class TipPoints:
-    """The contact points of all tips, n_c each.
+    """The n_c contact points of each of N tips: their coordinates and positions.
 
     Attributes
     ----------
     radial, tangential : (N, n_c), indices of their displacements among a rotor's
         coordinates
-    station : (n_c,), m, axial places zeta, ascending
-    angle : (n_c,), rad, tau, relative to the angle of the blade
-    gap : (n_c,), m, clearance in addition to the scene's gap
+    station : (n_c,), m, axial positions zeta, ascending, 0 in the casing's middle
+    angle : (n_c,), rad, tau, angle of the point less that of its blade
+    gap : (n_c,), m, clearance of the point less the scene's gap: the tip's profile
     """
 
     radial: Integers
@@ -67,12 +67,15 @@ class TipPoints:
 
 
 def reference_of(count: int) -> int:
-    """Return the index of the point that represents a tip of `count` points."""
+    """Return the index of the contact point that represents its tip: the middle one.
+
+    count : n_c, number of contact points of a tip
+    """
     return count // 2
 
 
 def with_single_points(given: Given) -> Given:
-    """Return a file's arrays, without the axis over points if each tip has one point.
+    """Return an engine file's arrays, without the axis over contact points if n_c = 1.
 
     Raises
     ------
@@ -97,7 +100,7 @@ def with_single_points(given: Given) -> Given:
 
 
 def points_in(given: Given) -> int:
-    """Return the number of contact points per tip, n_c, in a file's arrays."""
+    """Return the number of contact points per tip, n_c, that an engine's file has."""
     for name, axes in (("tip_radial", 1), ("modal_tip_radial", 2)):
         if name in given and given[name].ndim > axes:
             return int(given[name].shape[1])
@@ -105,7 +108,7 @@ def points_in(given: Given) -> int:
 
 
 def tip_points(given: Given, blades: int, start: int) -> TipPoints | None:
-    """Return the contact points of the tips in a file; None where each tip has one.
+    """Return the contact points of a rotor from file; None if each tip has only one.
 
     The reference points' coordinates are the first of a rotor, (radial, tangential) of
     blade 0, 1, ...; those of all other points, blade by blade, begin at `start`.
@@ -128,7 +131,7 @@ def tip_points(given: Given, blades: int, start: int) -> TipPoints | None:
 
 
 def reordered(rows: Any) -> tuple[Any, Any]:
-    """Return the part of an array that belongs to reference points, and the rest.
+    """Split an array over contact points into reference points, and all other points.
 
     Parameters
     ----------
@@ -136,7 +139,8 @@ def reordered(rows: Any) -> tuple[Any, Any]:
 
     Returns
     -------
-    own, others : (2 N, ...), (2 N (n_c - 1), ...), blade by blade
+    own, others : (2 N, ...) of reference points; (2 N (n_c - 1), ...) of the others,
+        blade by blade
     """
     rest = rows.shape[3:]
     own = reference_of(rows.shape[1])
@@ -145,7 +149,12 @@ def reordered(rows: Any) -> tuple[Any, Any]:
 
 
 def _places(given: Given, count: int) -> tuple[Floats, Floats, Floats]:
-    """Return axial place, angle and extra gap of n_c points, (n_c,) each, checked."""
+    """Return axial position, m, angle, rad, and extra gap, m, of n_c contact points.
+
+    They are arrays (n_c,) of the file, checked.
+
+    given, count : arrays of an engine's file; n_c
+    """
     if "tip_station" not in given:
         raise given.refusal(
             f"has {count} contact points a tip, but no rotor/tip_station: their axial "
@@ -173,40 +182,40 @@ ROWS, NAMES = "stress", "stress_name"
 
 @dataclass(frozen=True)
 class Stress:
-    """Stress at P points of each blade.
+    """Stress at P named points of each of N blades, linear in a rotor's n coordinates.
 
     Attributes
     ----------
     names : P names, all different
-    rows : (N, P, c, n), Pa/m, S of a rotor's n coordinates; c = 6: normal stresses xx,
-        yy, zz, then shear stresses yz, zx, xy
+    rows : (N, P, c, n), Pa/m, S in sigma = S x, with x the coordinates and c stress
+        components: 6 (normal stresses xx, yy, zz, shear stresses yz, zx, xy), or 1
     """
 
     names: tuple[str, ...]
     rows: Floats
 
     def of(self, basis: Floats) -> Stress:
-        """Return the stress in m new coordinates y, by x = basis y.
+        """Return the same stress as a function of m new coordinates y, x = basis y.
 
         basis : (n, m)
         """
         return replace(self, rows=self.rows @ basis)
 
     def at(self, places: Floats) -> Floats:
-        """Return the stress at P points of N blades, (N, P), Pa.
+        """Return the stress at P points of N blades in a displacement, (N, P), Pa.
 
         It is von Mises' stress of six components, or the only component with its sign.
 
-        places : (n,), m, values of the rotor's coordinates
+        places : (n,), m, displacements x in the rotor's coordinates
         """
         found = self.rows @ places
         return von_mises(found) if found.shape[-1] > 1 else found[..., 0]
 
 
 def von_mises(stress: Floats) -> Floats:
-    """Return von Mises' equivalent stress (...,) of stress components (..., 6).
+    """Return von Mises' equivalent stress, (...,), Pa.
 
-    Their order is normal stresses xx, yy, zz, then shear stresses yz, zx, xy.
+    stress : (..., 6), Pa, normal stresses xx, yy, zz, then shear stresses yz, zx, xy
     """
     normal, shear = stress[..., :3], stress[..., 3:]
     apart = normal - np.roll(normal, 1, axis=-1)
@@ -217,7 +226,7 @@ def von_mises(stress: Floats) -> Floats:
 def stress_of(given: Given, blades: int) -> Stress | None:
     """Return the stress at named points of a rotor from file; None if it has none.
 
-    It is in the file's coordinates.
+    It is a function of the coordinates of the file's matrices.
 
     Raises
     ------

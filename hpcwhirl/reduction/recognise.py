@@ -1,4 +1,8 @@
-"""Recognition of equal sectors of a rotor from file; its modes become waves.
+"""Recognition of equal sectors of a rotor from file, whose modes become waves.
+
+A rotor whose sectors are equal is computed faster, by its waves, modes of one nodal
+diameter each. The file has modes in any form; here combinations of modes of equal
+frequency are searched that are such waves.
 
 A rotation by one sector moves every tip to the next blade and turns the centre; its
 effect on other coordinates is not in the file. But it maps modes of equal frequency to
@@ -32,8 +36,8 @@ from hpcwhirl.reduction.modes import ModalModel, Symmetry, centre_rows, has_cent
 from hpcwhirl.reduction.supports import planar
 
 EQUAL = 2e-5  # relative deviation up to which sectors count as equal
-CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # relative differences of omega of modes that are
-# successively separated, since round-off may have mixed them
+CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # relative differences of omega up to which modes may
+# have been mixed by round-off: their nodal diameters are separated, close modes first
 ROUNDED = 1e-11  # share of other diameters in a shape that round-off explains
 ALREADY = 1e-9  # relative deviation of a shape up to which a mode already is a wave
 HIDDEN = 1e-10  # motion of tips and centre that counts as 0, relative to the largest
@@ -44,15 +48,16 @@ TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True)
 class _Wave:
-    """A mode, or a pair of modes, of a rotor of equal sectors.
+    """A wave of a rotor of equal sectors: a mode, or a pair of modes, of one diameter.
 
     Attributes
     ----------
     k : nodal diameter
-    omega, rate : rad/s; damping rate 2 xi omega, 1/s
-    zeta : (3,), the wave's `transform` at k: radial, tangential, centre
-    turn : (m, 1) or, for a pair, (m, 2), the wave's modes as orthonormal combinations
-        of the file's m modes
+    omega, rate : natural frequency, rad/s; damping rate 2 xi omega, 1/s
+    zeta : (3,), complex amplitudes at k of radial and tangential tip motion and of the
+        centre, see `transform`
+    turn : (m, 1) or, for a pair, (m, 2), the wave's real modes as orthonormal
+        combinations of the file's m modes
     """
 
     k: int
@@ -68,14 +73,16 @@ class _Wave:
 
 
 def transform(shapes: Floats, hub: Floats, blades: int) -> Complexes:
-    """Return the transform of tips and centre to nodal diameters k, (N, 3, m).
+    """Return amplitudes of tips and centre on nodal diameters k of m modes, (N, 3, m).
 
-    It is F_k of this module, k = 0 .. N - 1: radial, tangential, centre, in m modes.
+    For each k = 0 .. N - 1 they are the discrete Fourier transform over blades of
+    radial and of tangential tip motion, and the centre's part in k = 1 or -1: F_k of
+    this module.
 
     Parameters
     ----------
     shapes : (n, m), the tips (radial, tangential of blade 0, 1, ...) first
-    hub : (2, m), x_o and y_o
+    hub : (2, m), x_o and y_o in each mode
     blades : N >= 3
     """
     tips = shapes[: 2 * blades].reshape(blades, 2, -1)
@@ -119,9 +126,10 @@ def equal_sectors(model: ModalModel, blades: int) -> ModalModel:
 
 
 def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
-    """Return the rotor with labels of its modes, if each is a phase of an exact wave.
+    """Return a rotor from file with labels of its modes, if they already are waves.
 
-    The labels are nodal diameter, rank and phase; None if a mode has another form.
+    Each mode must then be one phase of an exact wave. The labels are nodal diameter,
+    rank and phase; None if a mode has another form.
     """
     seen = transform(model.shapes, centre_rows(model, blades), blades)
     diameter = _power(seen).argmax(axis=0)
@@ -157,7 +165,9 @@ def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
 
 
 def _unmixed(model: ModalModel, blades: int) -> Floats:
-    """Return c combinations of m modes, (m, c), if possible of one nodal diameter each.
+    """Return combinations of a rotor's modes that have one nodal diameter each.
+
+    Returns (m, c), c orthonormal combinations of m modes, as far as they exist
 
     First, modes of equal frequency are separated, then modes of close frequencies,
     which the round-off of an eigensolver mixes, the more the closer they are.
@@ -179,14 +189,18 @@ def _unmixed(model: ModalModel, blades: int) -> Floats:
 
 
 def _floor(model: ModalModel) -> float:
-    """Return the size of an eigensolver's round-off in a rotor's omega^2, (rad/s)^2."""
+    """Return the error of omega^2 that an eigensolver makes by round-off, (rad/s)^2.
+
+    model : rotor whose modes are known
+    """
     return ROUND_OFF * len(model.omega) * float(model.omega.max()) ** 2
 
 
 def _separated(model: ModalModel, turn: Floats, near: float, blades: int) -> Floats:
-    """Separate the nodal diameters of modes with close frequencies.
+    """Return combinations of modes in which close frequencies have separate diameters.
 
-    Return better combinations (m, c), where separation succeeds.
+    Returns (m, c), `turn` sorted by frequency, in which modes of close frequencies are
+    replaced by combinations of one nodal diameter each where that succeeds
 
     turn : (m, c), combinations of the rotor's m modes
     near : relative difference up to which frequencies count as close
@@ -209,9 +223,11 @@ def _separated(model: ModalModel, turn: Floats, near: float, blades: int) -> Flo
 
 
 def _by_frequency(columns: Floats, seen: Complexes, squared: Floats) -> Floats:
-    """Return combinations that diagonalize the stiffness within each nodal diameter.
+    """Return combinations of modes that are uncoupled within each nodal diameter.
 
-    columns : (c, c), orthonormal combinations of c modes
+    The stiffness is diagonal in the combinations of each diameter.
+
+    columns : (c, c), orthonormal combinations of the c modes, of one diameter each
     seen : (N, 3, c), `transform` of these combinations
     squared : (c,), omega^2 of the c modes
     """
@@ -223,14 +239,19 @@ def _by_frequency(columns: Floats, seen: Complexes, squared: Floats) -> Floats:
 
 
 def _squared(model: ModalModel, turn: Floats) -> Floats:
-    """Return omega^2 of c combinations of a rotor's m modes, (c,); turn : (m, c)."""
+    """Return omega^2 of combinations of a rotor's modes, (c,), (rad/s)^2.
+
+    It is the Rayleigh quotient; turn : (m, c), combinations of m modes
+    """
     return np.asarray(model.omega**2 @ turn**2)
 
 
 def _power(seen: Complexes) -> Floats:
-    """Return squared amplitudes by nodal diameter k and combination, (N // 2 + 1, c).
+    """Return the squared motion of tips and centre on each nodal diameter k.
 
-    seen : (N, 3, c), `transform` of c combinations; k and N - k are added up
+    Returns (N // 2 + 1, c), of c combinations of modes; k and N - k are added up
+
+    seen : (N, 3, c), `transform` of the combinations
     """
     whole = (np.abs(seen) ** 2).sum(axis=1)
     count = len(whole)
@@ -241,9 +262,11 @@ def _power(seen: Complexes) -> Floats:
 
 
 def _leaks(seen: Complexes) -> Floats:
-    """Return the relative amplitude outside each combination's main diameter, (c,).
+    """Return how much each of c modes moves on other diameters than its main one, (c,).
 
-    seen : (N, 3, c), `transform` of c combinations of modes
+    It is the ratio of the amplitude on these diameters to that on all, 0 to 1.
+
+    seen : (N, 3, c), `transform` of the modes, combinations of a rotor's
     """
     power = _power(seen)
     whole = power.sum(axis=0)
@@ -252,13 +275,15 @@ def _leaks(seen: Complexes) -> Floats:
 
 
 class _NoTwinError(Exception):
-    """Raised where a nodal diameter that needs pairs has an odd number of modes."""
+    """A nodal diameter, whose modes must form pairs, has an odd number of them."""
 
 
 def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
-    """Return the waves of a rotor's modes; successive modes of a diameter are pairs.
+    """Return the waves that a rotor's modes form: modes or pairs of one diameter.
 
-    turn : (m, c), combinations of the rotor's m modes
+    Two successive modes of a nodal diameter are a pair.
+
+    turn : (m, c), combinations of the rotor's m modes, of one diameter each
     """
     seen = transform(model.shapes @ turn, centre_rows(model, blades) @ turn, blades)
     squared, out = _squared(model, turn), []
@@ -281,10 +306,13 @@ def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
 
 
 def _groups(modes: Indices, squared: Floats) -> list[Indices]:
-    """Return groups of successive modes: pairs, or several pairs of close frequencies.
+    """Divide the modes of a nodal diameter into pairs, or groups of pairs.
 
-    modes : (2 p,), indices of modes by ascending frequency
-    squared : omega^2 of all modes
+    Pairs whose frequencies are close, so that it is not clear which modes belong
+    together, form one group.
+
+    modes : (2 p,), indices of the diameter's modes by ascending frequency
+    squared : omega^2 of all modes of the rotor
     """
     pairs = modes.reshape(-1, 2)
     gaps = squared[pairs[1:, 0]] - squared[pairs[:-1, 1]]
@@ -295,8 +323,10 @@ def _groups(modes: Indices, squared: Floats) -> list[Indices]:
 def _standing(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> _Wave:
     """Return the wave of one mode of a simple harmonic, k = 0 or N / 2.
 
-    Its largest entry is positive. turn : (m, 1), the mode as a combination of the
-    rotor's; seen : (3,), its `transform` at k
+    Its sign is such that its largest amplitude is positive.
+
+    turn : (m, 1), the mode as a combination of the rotor's m modes
+    seen : (3,), its amplitudes of tips and centre at k, see `transform`
     """
     zeta = seen.real
     sign = 1.0 if zeta[np.argmax(np.abs(zeta))] > 0.0 else -1.0
@@ -306,21 +336,21 @@ def _standing(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> _Wave
 
 
 def _rates(model: ModalModel) -> Floats:
-    """Return the damping rates 2 xi omega of all modes, (m,), 1/s."""
+    """Return the damping rate 2 xi omega of each of a rotor's m modes, (m,), 1/s."""
     return np.asarray(2 * model.ratios * model.omega)
 
 
 def _running(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> list[_Wave]:
-    """Return the p travelling waves that 2 p modes of nodal diameter k form.
+    """Return the p travelling waves that 2 p real modes of nodal diameter k form.
 
-    `seen` maps the conjugates of the waves to 0, so that the waves, as combinations of
-    the modes, are its first p right singular vectors.
+    Conjugates of the waves have no amplitude at k, so that the waves, as combinations
+    of the modes, are the first p right singular vectors of `seen`.
 
     Parameters
     ----------
     model : the rotor, with m modes
     turn : (m, 2 p), the 2 p modes as orthonormal combinations of the rotor's
-    seen : (3, 2 p), `transform` of the 2 p modes at k
+    seen : (3, 2 p), amplitudes of the 2 p modes' tips and centre at k, see `transform`
     k : nodal diameter
     """
     count = turn.shape[1] // 2
@@ -343,7 +373,10 @@ def _running(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> list[_
 
 
 def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
-    """Return motions of tips (2 N, p) and centre (2, p) in the p phases of a wave."""
+    """Return displacements of tips, (2 N, p), and centre, (2, p), in a wave's p modes.
+
+    wave : wave with p = 1 or 2 real modes; tips are radial, tangential of each blade
+    """
     columns = spread(wave.k, blades)
     z = np.array([[wave.zeta.real, -wave.zeta.imag], [wave.zeta.imag, wave.zeta.real]])
     tips = np.einsum("ja,apd->jdp", columns, z[: wave.phases, : wave.phases, :2])
@@ -354,9 +387,12 @@ def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
 def _regular(
     model: ModalModel, waves: list[_Wave], blades: int
 ) -> tuple[ModalModel, Floats]:
-    """Return the rotor made of exact waves, in the built-in rotor's order, and `turn`.
+    """Return a rotor whose modes are exact waves, and these modes by those of the file.
 
-    turn (m, c) gives its c modes as combinations of the file's m modes.
+    Returns the rotor, its c modes in the order of the built-in rotor's; and (m, c),
+    these modes as combinations of the file's m modes
+
+    model, waves : rotor as in the file; waves found in its modes
     """
     records = []
     for k in diameters(blades):
@@ -393,10 +429,11 @@ def _regular(
 def _deviation(
     model: ModalModel, regular: ModalModel, turn: Floats, blades: int
 ) -> Symmetry:
-    """Return the largest deviation of a rotor's sectors from equality.
+    """Return how much the sectors of a rotor from file differ from equal ones.
 
-    regular, turn : result of `_regular`: the rotor with exact waves, and its modes as
-        combinations of those of `model`
+    model : rotor as in the file
+    regular, turn : result of `_regular`: the rotor whose modes are exact waves, and
+        these modes as combinations of those of `model`
     """
     omega, rows = regular.omega, 2 * blades + 2 * has_centre(model, blades)
     stiffness = np.abs((turn.T * model.omega**2) @ turn - np.diag(omega**2))

@@ -1,5 +1,8 @@
 """Modes of a round casing by harmonics: of a ring, of a shell, or from a file's table.
 
+The harmonic h of a mode is its number of waves around the casing. The two modes of a
+pair, phases, are turned against each other by a quarter of a wave.
+
 A ring has two modes per harmonic and phase. For h >= 1, the first one bends the ring
 (for h = 1 it moves the ring on its support); the second one stretches it, with a
 frequency of c / R sqrt(1 + h^2) or more, c the speed of sound. At a contact, the
@@ -44,12 +47,13 @@ STILL = 1e-12  # motion over the largest, at a station or of a mode, that counts
 def _places(
     operator: FourierOperator, h: int, p: int
 ) -> Iterator[tuple[list[int], Floats]]:
-    """Yield ([coordinate indices], signs) of both phases, cos and sin, of a motion.
+    """Yield where a casing's coordinates have harmonic h: for the cos, then sin phase.
 
-    The coordinates are radial w, tangential u and, of a shell, axial v; the signs are
-    those by which the second phase differs from the first.
+    Yields indices of the coordinates of radial w, tangential u and, of a shell, axial
+    motion, and their signs in this phase, since w = W sin goes with u = -U cos. For
+    each phase, W and U of a mode are entered in these coordinates.
 
-    h, p : harmonic; axial function, from 0
+    operator, h, p : contact operator of the casing; harmonic; axial function, from 0
     """
     layer, count = len(operator.radial), operator.directions
     cosine, sine = (operator.width * p + i for i in (max(2 * h - 1, 0), 2 * h))
@@ -60,9 +64,11 @@ def _places(
 
 
 def _stretches(h: int, modes: Floats) -> int:
-    """Return which of a ring's two modes, 0 or 1, stretches it at harmonic h.
+    """Return the index, 0 or 1, of the mode of harmonic h that stretches a ring.
 
-    modes : (2, 2), w and u of the two modes, by columns
+    The other one bends it.
+
+    modes : (2, 2), w and u of the two modes, a mode in each column
     """
     return int(np.argmax(np.abs(modes[0] + h * modes[1])))
 
@@ -73,12 +79,14 @@ def model_of_modes(
     damping: float | Floats,
     matrices: tuple[Floats, Floats] | None = None,
 ) -> ModalModel:
-    """Return a casing's model from its modes by harmonic, sorted by frequency.
+    """Return a casing's modal model from modes listed by harmonic.
+
+    In the model they are sorted by frequency.
 
     Parameters
     ----------
-    labels : (omega, harmonic, rank, phase) of each mode
-    columns : shape of each mode, in the coordinates of the matrices
+    labels : (omega, rad/s; harmonic; rank; phase) of each mode
+    columns : shape of each mode in the casing's coordinates, (n,)
     damping : modal damping ratio, one or (modes,)
     matrices : mass and stiffness; None if modes were left out, which the matrices
         would include
@@ -110,9 +118,12 @@ def _model(
 
     Parameters
     ----------
+    casing : inputs of the casing
     operator : contact operator, which orders the coordinates
-    matrices_of : (h, p) -> (mass, stiffness matrix) of harmonic h, axial function p
-    kept_of : (h, modes by columns) -> indices of those kept with `families` = bending
+    matrices_of : function from harmonic h and axial function p to their mass, kg, and
+        stiffness matrix, N/m
+    kept_of : function from h and the modes, a column each, to the indices of the modes
+        that are kept with the input `families` = "bending"
     """
     mass, stiffness = (np.zeros((operator.size, operator.size)) for _ in range(2))
     labels, columns, whole = [], [], casing.families == "all"
@@ -141,11 +152,11 @@ def _model(
 
 
 def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOperator]:
-    """Return the modes of a ring of harmonics and its contact operator.
+    """Return the modes of an elastic ring, by harmonics, and its contact operator.
 
     Parameters
     ----------
-    casing : section, support, damping and `harmonics` of the ring
+    casing : inputs of the ring: section, support, damping and `harmonics`
     radius : R_c, m
     """
 
@@ -158,7 +169,7 @@ def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOp
 
 
 def shell_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOperator]:
-    """Return the modes of a shell and its contact operator.
+    """Return the modes of a cylindrical shell, by harmonics, and its contact operator.
 
     There are three modes for each harmonic h, axial function p, and phase.
 
@@ -183,10 +194,12 @@ def shell_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOpera
 def at_station(
     model: ModalModel, operator: FourierOperator, station: float
 ) -> tuple[ModalModel, FourierOperator]:
-    """Return a casing restricted to one axial place, m, where the blades touch it.
+    """Return a casing reduced to one plane across its axis, where the blades touch it.
 
-    The result has no matrices, and no modes that are at rest there; a casing that is
-    uniform along its axis is returned unchanged.
+    The result has no matrices, and no modes that are at rest in the plane; a casing
+    that is uniform along its axis is returned unchanged.
+
+    station : m, axial position of the plane, 0 in the casing's middle
     """
     if isinstance(operator.axial, Uniform):
         return model, operator
@@ -207,10 +220,13 @@ NAMES = ("harmonic", "omega", "damping_ratio", "radial", "tangential")
 
 @lru_cache(maxsize=16)
 def casing_table(file: str, content: str) -> Table:
-    """Return the table of m modes of a casing in a file, by harmonic and frequency.
+    """Return the table of m modes of a casing in an engine's file, checked; cached.
 
-    It is {name: (m,)}. If the file has s stations, the table has `station` (s,), m, and
-    `radial` and `tangential` are (m, s). content : SHA-256 of the file, for the cache
+    It is {column: (m,)}, sorted by harmonic and frequency. If the file has s axial
+    stations, the table has `station` (s,), m, and `radial` and `tangential`, the
+    amplitudes W and U, are (m, s).
+
+    file, content : path; SHA-256 of the file, so that a changed file is read again
 
     Raises
     ------
@@ -236,9 +252,11 @@ def casing_table(file: str, content: str) -> Table:
 
 
 def _checked_stations(given: Given, table: Table) -> Table:
-    """Return {"station": (s,)}, checked, of a file with s axial stations; else {}.
+    """Return {"station": (s,), m} of a casing's file with s axial stations; else {}.
 
-    table : the file's columns, whose widths must agree with the stations
+    Raise InputError if they do not ascend, or columns do not have one value for each.
+
+    given, table : arrays of the file; those that are columns of the table
     """
     sizes = {name: table[name].shape[1:] for name in NAMES[3:]}
     if "station" not in given:
@@ -259,9 +277,9 @@ def _checked_stations(given: Given, table: Table) -> Table:
 
 
 def _moves(column: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return for each of m modes whether it moves at any of s stations, (m,).
+    """Return which of a casing's m modes have an amplitude other than 0, (m,).
 
-    column : (m,) or (m, s), amplitudes of the modes
+    column : (m,) or, at s stations, (m, s): amplitudes W or U of the modes
     """
     return np.asarray((column.reshape(len(column), -1) != 0.0).any(axis=1))
 
@@ -284,9 +302,9 @@ def _check_harmonics(given: Given, table: Table) -> None:
 
 
 def check_lobes(file: str, content: str, lobes: int) -> None:
-    """Raise InputError if a load has more lobes than a file's highest casing harmonic.
+    """Raise InputError if a pulse has more lobes than a casing from file has harmonics.
 
-    content : SHA-256 of the file
+    file, content, lobes : path; SHA-256 of the file; k of the pulse
     """
     most = int(casing_table(file, content)["harmonic"].max())
     if lobes > most:
@@ -333,10 +351,10 @@ def round_casing(
 
 
 def table_of(model: ModalModel, operator: FourierOperator) -> Table:
-    """Return the table of a round casing's modes in the form of `casing_table`.
+    """Return the table of a round casing's modes that `export-model` writes to a file.
 
-    For a casing that varies along its axis, W and U are given at the stations of its
-    file or, for a shell, at those of `_stations_of`.
+    It has the columns of `casing_table`. For a casing that varies along its axis, W and
+    U are given at the axial stations of its file or, for a shell, at equal distances.
     """
     modes = np.flatnonzero(model.phase == 0)
     modes = modes[np.lexsort((model.omega[modes], model.diameter[modes]))]

@@ -1,4 +1,9 @@
-"""Craig-Bampton reduction (Eq. 1 of the paper) of large sparse matrices."""
+"""Craig-Bampton reduction (Eq. 1 of the paper) of large sparse matrices.
+
+The boundary DoF, such as tips and centre, are kept; the interior ones are replaced by
+static modes and the lowest fixed-interface modes, with the boundary held. With terms of
+rotation the basis is extended so that it serves all speeds.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +38,7 @@ SEED = 17  # seed of starting vectors, so that the same file gives the same roto
 
 @dataclass(frozen=True)
 class Condensed:
-    """Reduced matrices in b boundary DoF, then m amplitudes of fixed-interface modes.
+    """A reduced structure: b boundary DoF, then amplitudes of m fixed-interface modes.
 
     Attributes
     ----------
@@ -56,7 +61,10 @@ class Condensed:
     turning: tuple[Matrix, ...] = ()
 
     def lowest(self, count: int) -> Condensed:
-        """Return the reduction at rest to the lowest `count` fixed-interface modes."""
+        """Return this reduction at rest with only its lowest `count` modes.
+
+        count : number of fixed-interface modes, at most m
+        """
         size = len(self.mass) - len(self.squared) + count
         return replace(
             self,
@@ -68,14 +76,18 @@ class Condensed:
         )
 
     def loaded(self, load: Matrix) -> Matrix:
-        """Return a load (n,) on the full DoF in reduced coordinates, (b + m + c,)."""
+        """Return a load on the n DoF as a load on reduced coordinates, (b + m + c,).
+
+        load : (n,), N, or N per unit of something
+        """
         return np.asarray(self.lift.conj().T @ load)
 
 
 def lowest_ritz(matrix: sparse.csr_array) -> float:
-    """Return an upper bound of the lowest eigenvalue of D^-1/2 A D^-1/2, D = diag A.
+    """Return an upper bound of the lowest eigenvalue of a matrix A of unit diagonal.
 
-    A negative bound proves that A is not positive semidefinite. It is computed by a
+    A is `matrix`, scaled to D^-1/2 A D^-1/2, D = diag A. A negative bound proves that
+    it is not positive semidefinite. The bound is a Ritz value, computed by a
     Lanczos process with full orthogonalization, which is exact for up to `STEPS`
     unknowns.
     """
@@ -102,9 +114,10 @@ def lowest_ritz(matrix: sparse.csr_array) -> float:
 
 
 def whole_pairs(squared: Floats, reach: float, most: int) -> int:
-    """Return the number of modes to keep, at most `most`, without splitting a pair.
+    """Return how many of the lowest modes to keep so that no pair is split, <= `most`.
 
-    squared, reach : see `Condensed`
+    squared : (m,), ascending, omega^2 of the modes computed
+    reach : omega^2 below which no mode is missing
     """
     further = np.r_[squared, reach]
     for count in range(min(most, len(squared)), 0, -1):
@@ -116,15 +129,15 @@ def whole_pairs(squared: Floats, reach: float, most: int) -> int:
 def condensed(
     project: Project, boundary: int, count: int, tell: Tell, *, keep: bool = False
 ) -> Condensed:
-    """Return the Craig-Bampton reduction to b boundary DoF and lowest modes at rest.
+    """Return the Craig-Bampton reduction at rest of a structure with sparse matrices.
 
     Parameters
     ----------
-    project : returns [mass, stiffness], (n, n) sparse, symmetric or Hermitian, positive
-        semidefinite, and C, K_1, K_2, if any; called repeatedly, so that large matrices
-        are not kept in memory together with a factor
-    boundary : b, number of leading DoF that are kept
-    count : fixed-interface modes wanted; some more are returned
+    project : function that returns [M, K], (n, n) sparse, symmetric or Hermitian,
+        positive semidefinite, and the terms of rotation C, K_1, K_2, if any; called
+        repeatedly, so that large matrices are not kept in memory together with a factor
+    boundary : b, number of DoF that are kept, the first of the n
+    count : number of fixed-interface modes wanted; some more are returned
     tell : called with a line of text before a large factor is made
     keep : whether to return the basis even if there are no terms of rotation
 
@@ -160,10 +173,10 @@ def for_all_speeds(
 
     Parameters
     ----------
-    piece : the reduction, of the modes that are kept
-    project, tell : see `condensed`
-    speeds : rad/s, at which the basis is to be as good as at rest; empty: at `REACH`
-        times the first frequency
+    piece : the reduction at rest, of the modes that are kept
+    project, tell : parameters of `condensed`
+    speeds : rad/s, speeds at which the basis is to be as good as at rest; empty: at
+        `REACH` times the lowest natural frequency
     """
     mass, stiffness, *turning = project()
     lift = piece.lift
@@ -187,15 +200,22 @@ def for_all_speeds(
 
 
 def _reduced(matrix: Any, lift: Matrix, sign: float = 1.0) -> Matrix:
-    """Return the Hermitian (sign -1: skew) part of T^H A T; A `matrix`, T `lift`."""
+    """Return a matrix A in the coordinates of a basis T: T^H A T without round-off.
+
+    Round-off is removed by taking the Hermitian or, with sign -1, skew-Hermitian part.
+
+    matrix, lift : A, (n, n); T, (n, m)
+    """
     whole = lift.conj().T @ (matrix @ lift)
     return np.asarray((whole + sign * whole.conj().T) / 2)
 
 
 def _interior(mass: Any, stiffness: Any, boundary: int) -> tuple[Any, Any, Matrix]:
-    """Return K_ii, M_ii of the interior DoF, and K_ib, which couples in the boundary.
+    """Return the parts K_ii, M_ii, K_ib of a structure's matrices.
 
-    boundary : b, number of boundary DoF, which come first
+    i are the interior DoF, b the boundary's.
+
+    boundary : number of boundary DoF, which are the first ones
     """
     inside = slice(boundary, None)
     k_ii, m_ii = (sparse.csc_array(a[inside, inside]) for a in (stiffness, mass))
@@ -203,13 +223,18 @@ def _interior(mass: Any, stiffness: Any, boundary: int) -> tuple[Any, Any, Matri
 
 
 def _reference(piece: Condensed) -> float:
-    """Return a basis's reference speed, rad/s: `REACH` times its lowest frequency."""
+    """Return the speed, rad/s, at which a basis is extended to serve all speeds.
+
+    It is `REACH` times the lowest natural frequency of the reduction `piece`.
+    """
     squared = eigh(piece.stiffness, piece.mass, eigvals_only=True)
     return REACH * float(np.sqrt(squared[squared > RIGID * squared[-1]][0]))
 
 
 def _taut(mass: Any, stiffness: Any, turning: list[Any], speed: float) -> Any:
-    """Return the positive definite K(Omega) + Omega^2 M, with the modes of K(Omega).
+    """Return a structure's stiffness at a speed, made positive definite.
+
+    It is K(Omega) + Omega^2 M, which has the same modes as K(Omega).
 
     speed : Omega, rad/s
     turning : [C, K_1] or [C, K_1, K_2], terms of rotation, see `modes.Spin`
@@ -228,7 +253,9 @@ def _lacking(
     matrices: tuple[Any, Any, float],
     tell: Tell,
 ) -> Matrix:
-    """Return the columns (n, c) that a basis lacks at a speed, 0 on the boundary.
+    """Return the shapes, (n, c), that a basis lacks to serve a speed, as new columns.
+
+    They are 0 on the boundary.
 
     The modes x of the Craig-Bampton basis at that speed, by subspace iteration from the
     modes at rest, are approximated in the given basis with the least energy of the
@@ -238,11 +265,11 @@ def _lacking(
 
     Parameters
     ----------
-    lift : (n, m), whose first b columns are unit motions of the boundary
-    boundary : b
-    count : number of fixed-interface modes
-    matrices : M, K(Omega) + Omega^2 M and Omega^2
-    tell : see `condensed`
+    lift : the basis, (n, m), whose first b columns are unit motions of the boundary
+    boundary : b, number of boundary DoF
+    count : number of fixed-interface modes that the basis is to have at the speed
+    matrices : M, K(Omega) + Omega^2 M, (n, n); Omega^2, (rad/s)^2
+    tell : called with a line of text before a large factor is made
     """
     mass, taut, shift = matrices
     k_ii, m_ii, coupling = _interior(mass, taut, boundary)
@@ -267,7 +294,10 @@ def _lacking(
 
 
 def _orthonormal(m_ii: Any, modes: Matrix, shapes: Matrix) -> Matrix:
-    """Return c shapes (i, c) made orthonormal, by M, to modes (i, m) and each other."""
+    """Return shapes made mass-orthonormal to modes and to each other, (i, c).
+
+    m_ii, modes, shapes : M (i, i); (i, m), mass-orthonormal; (i, c)
+    """
     for _ in range(2):
         shapes = shapes - modes @ (modes.conj().T @ (m_ii @ shapes))
         squared, mix = np.linalg.eigh(_reduced(m_ii, shapes))
@@ -278,11 +308,14 @@ def _orthonormal(m_ii: Any, modes: Matrix, shapes: Matrix) -> Matrix:
 def _lift(
     k_ii: Any, m_ii: Any, coupling: Matrix, count: int, tell: Tell
 ) -> tuple[Matrix, Floats, float, float]:
-    """Return (static and fixed-interface modes, omega^2, reach, condition number).
+    """Return the Craig-Bampton basis of a structure at rest, and how good it is.
 
-    The last three are those of `Condensed`.
+    Returns static and fixed-interface modes, a column each; omega^2 of the latter;
+    omega^2 below which no mode is missing; the condition number, see `Condensed`
 
-    coupling, count : K_ib from the interior to the boundary; number of modes wanted
+    k_ii, m_ii, coupling : K_ii, M_ii of the interior DoF; K_ib to the boundary
+    count : number of fixed-interface modes wanted; some more are returned
+    tell : called with a line of text before a large factor is made
     """
     solve = factored(k_ii, tell)
     condition = _condition(k_ii, solve)
@@ -296,7 +329,12 @@ def _lift(
 
 
 def _with_boundary(static: Matrix, modes: Matrix) -> Matrix:
-    """Return the basis (b + i, b + m) of static modes (i, b), then modes (i, m)."""
+    """Return a Craig-Bampton basis, (b + i, b + m), from its interior parts.
+
+    The first b rows, of the boundary, are 1 in its static modes, 0 in other modes.
+
+    static, modes : (i, b); (i, m), fixed-interface modes
+    """
     boundary = static.shape[1]
     rows = np.eye(boundary, boundary + modes.shape[1])
     return np.vstack([rows, np.hstack([static, modes])])
@@ -305,7 +343,7 @@ def _with_boundary(static: Matrix, modes: Matrix) -> Matrix:
 def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
     """Estimate the condition number (1-norm) of a matrix A scaled to unit diagonal.
 
-    solve : x of A x = b
+    matrix, solve : A (n, n); function from b to x, A x = b
     """
     scale = np.sqrt(matrix.diagonal().real)
 
@@ -320,9 +358,12 @@ def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
 def _fixed_modes(
     k_ii: sparse.csc_array, m_ii: sparse.csc_array, solve: Solve, count: int
 ) -> tuple[Floats, Matrix, float]:
-    """Return (omega^2 (m,), shapes (n, m), reach) of the lowest fixed-interface modes.
+    """Return a structure's lowest fixed-interface modes, some more than `count`.
 
-    solve : x of K_ii x = b; reach : omega^2 below which none is missing
+    Returns omega^2, (m,), ascending; shapes, (i, m), mass-orthonormal; and omega^2
+    below which no mode is missing, infinite if all modes are returned
+
+    k_ii, m_ii, solve : K, M of the interior, (i, i); function from b to x, K x = b
     """
     size = k_ii.shape[0]
     if size <= DENSE or count + MORE >= size // 2:
@@ -348,9 +389,11 @@ def _fixed_modes(
 def _lowest(
     k_ii: Any, m_ii: Any, solve: Solve, known: tuple[Floats, Matrix], wanted: int
 ) -> Matrix:
-    """Return the lowest modes (n, wanted) other than known ones, by shift-invert at 0.
+    """Return the lowest modes other than known ones, (n, wanted).
 
-    k_ii, m_ii, solve : K, M (n, n); x of K x = b
+    They are computed by Lanczos's method for K^-1 M (ARPACK, shift-invert at 0).
+
+    k_ii, m_ii, solve : K, M (n, n); function from b to x, K x = b
     known : omega^2 (m,) and modes (n, m) computed before
     """
     squared, modes = known
@@ -374,25 +417,32 @@ def _lowest(
 def _check(m_ii: Any, solve: Solve, squared: Floats, modes: Matrix) -> None:
     """Raise ModelError if fixed-interface modes do not satisfy x = omega^2 K^-1 M x.
 
-    solve, squared : x of K x = b; omega^2 of each mode
+    solve, squared : function from b to x, K x = b; omega^2 of each mode
     """
     miss = np.linalg.norm(modes - squared * solve(m_ii @ modes), axis=0)
     worst = float((miss / np.linalg.norm(modes, axis=0)).max())
     if not worst <= RESIDUAL:
-        msg = f"fixed-interface modes miss x = omega^2 K^-1 M x by {worst:.1e}"
+        msg = "fixed-interface modes x must satisfy x = omega^2 K^-1 M x, got a "
+        msg += f"relative error of {worst:.1e} (at most {RESIDUAL:.0e})"
         raise ModelError(msg)
 
 
 def _quotients(k_ii: Any, m_ii: Any, modes: Matrix) -> Floats:
-    """Return the Rayleigh quotient omega^2, (m,), of each of m columns of `modes`."""
+    """Return the Rayleigh quotient of each of m shapes, omega^2, (rad/s)^2, (m,).
+
+    k_ii, m_ii, modes : K, M (n, n); (n, m), a shape in each column
+    """
     strain, inertia = ((modes.conj() * (a @ modes)).sum(axis=0) for a in (k_ii, m_ii))
     return np.asarray(strain.real / inertia.real)
 
 
 def _ritz(k_ii: Any, m_ii: Any, modes: Matrix) -> tuple[Floats, Matrix]:
-    """Return Ritz values omega^2, (m,), and M-orthonormal Ritz vectors, (n, m).
+    """Return the best approximations to modes that m shapes can be combined to.
 
-    modes : (n, m), whose columns span the space
+    Returns Ritz values omega^2, (rad/s)^2, (m,), and Ritz vectors, (n, m), orthonormal
+    by M
+
+    k_ii, m_ii, modes : K, M (n, n); (n, m), a shape in each column
     """
     strain, inertia = (_reduced(a, modes) for a in (k_ii, m_ii))
     squared, mix = eigh(strain, inertia)

@@ -1,5 +1,7 @@
 """The terms of rotation of a rotor by nodal diameter, and of a rotor from file.
 
+They are the matrices C, K_1, K_2 and loads that rotation adds, see `modes.Spin`.
+
 In the real modes of equal sectors, phases 0 and 1 of x = q_0 + i q_1, a matrix is
 [[H_r, -H_i], [H_i, H_r]] on each nodal diameter, with H Hermitian or skew-Hermitian,
 and does not couple different diameters. Anything else in it is a deviation of the
@@ -41,7 +43,11 @@ TINY = 1e-300
 
 
 def with_blocks(model: ModalModel, blades: int) -> ModalModel:
-    """Return a rotor of equal sectors with the `SpinBlock` of each nodal diameter."""
+    """Return a rotor of equal sectors, to which the waves' matrices have been added.
+
+    The field `Spin.waves` has the terms of rotation on each nodal diameter. A
+    rotor without terms of rotation is returned unchanged.
+    """
     spin = model.spin
     if spin is None or not model.cyclic or blades < FEWEST:
         return model
@@ -71,7 +77,10 @@ def with_blocks(model: ModalModel, blades: int) -> ModalModel:
 
 
 def _modal(model: ModalModel, spin: Spin) -> Spin:
-    """Return a rotor's terms of rotation (C, K_1, F_c, K_2) in modal coordinates."""
+    """Return a rotor's terms of rotation (C, K_1, F_c, K_2) in amplitudes of its modes.
+
+    spin : the terms in the rotor's physical coordinates
+    """
     shapes = model.shapes
     return Spin(
         shapes.T @ spin.coriolis @ shapes,
@@ -82,9 +91,10 @@ def _modal(model: ModalModel, spin: Spin) -> Spin:
 
 
 def _members(model: ModalModel, blades: int) -> Iterator[tuple[int, list[Indices]]]:
-    """Yield (nodal diameter k, [indices of its modes of each phase, 0 and 1, by rank]).
+    """Yield each nodal diameter k, and the indices of its modes.
 
-    There is one phase only for a simple harmonic.
+    The indices are two arrays, of the first and of the second mode of each pair, sorted
+    by rank; only the first for a simple harmonic.
     """
     for k in diameters(blades):
         own = [(model.diameter == k) & (model.phase == p) for p in (0, 1)]
@@ -97,9 +107,12 @@ def _members(model: ModalModel, blades: int) -> Iterator[tuple[int, list[Indices
 
 
 def _block(matrix: Floats, members: list[Indices], *, skew: bool = False) -> Complexes:
-    """Return a nodal diameter's complex block H (m, m) of a matrix in real modes.
+    """Return the complex matrix H, (m, m), of a nodal diameter from one in real modes.
 
-    members : indices of the modes of the first phase, and of the second if there is one
+    matrix : in all real modes of the rotor
+    members : indices of the first, and of the second mode of the diameter's m pairs;
+        only the first for a simple harmonic
+    skew : whether the matrix is skew-symmetric
     """
     parts = [[matrix[np.ix_(a, b)] for b in members] for a in members]
     real, imag = parts[0][0], np.zeros_like(parts[0][0])
@@ -110,7 +123,7 @@ def _block(matrix: Floats, members: list[Indices], *, skew: bool = False) -> Com
 
 
 def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalModel:
-    """Return a rotor as one of equal sectors if its terms of rotation are equal, too.
+    """Return a rotor as one of equal sectors if its terms of rotation allow it, too.
 
     Parameters
     ----------
@@ -133,7 +146,9 @@ def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalMo
 
 
 def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, str]:
-    """Return (deviation, name) of the term of rotation least like equal sectors'.
+    """Return which term of rotation deviates most from that of equal sectors.
+
+    Returns the deviation, 0 if the sectors are equal, and the name of the term.
 
     Deviations are entries outside the blocks A of the nodal diameters; for modes i and
     j they are relative to the modal masses (C), to sqrt(A_ii A_jj) with A_ii at least
@@ -175,10 +190,10 @@ def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, 
 
 
 def _left_out(model: ModalModel, given: ModalModel) -> Floats:
-    """Return the part of the file's modes that recognition has left out, (n, m).
+    """Return the shapes of a rotor from file that its waves do not contain, (n, m).
 
-    These are the modes of `given` less their projection on those of `model`; m = 0 if
-    `model` has all modes.
+    These are the modes of `given`, the rotor as in the file, less their projection on
+    those of `model`, the rotor of equal sectors; m = 0 if that has all modes.
     """
     if len(model.omega) == len(given.omega):
         return np.zeros((len(given.shapes), 0))
@@ -192,9 +207,12 @@ def _scaled(matrix: Floats, pure: Floats) -> Floats:
 
 
 def _spread_block(out: Floats, block: Complexes, members: list[Indices]) -> None:
-    """Set the entries of `out`, a matrix in real modes, from a nodal diameter's block.
+    """Set the entries of a matrix in real modes that belong to one nodal diameter.
 
-    members : indices of the modes of the first phase, and of the second if there is one
+    out : the matrix, in all real modes of the rotor; changed in place
+    block : complex matrix of the diameter, (m, m)
+    members : indices of the first, and of the second mode of the diameter's m pairs;
+        only the first for a simple harmonic
     """
     parts = {(0, 0): block.real, (1, 1): block.real, (0, 1): -block.imag,
              (1, 0): block.imag}  # fmt: skip
@@ -206,7 +224,9 @@ def _spread_block(out: Floats, block: Complexes, members: list[Indices]) -> None
 def standing_damping(
     model: ModalModel, blades: int, ratio: float, suspension: float
 ) -> float:
-    """Return the damping, N s/m, of the static damper that gives the suspension its xi.
+    """Return the damping, N s/m, of a damper in the static frame at the shaft's centre.
+
+    It is such that the suspension modes have the damping ratio that the scene sets.
 
     Parameters
     ----------
@@ -223,9 +243,9 @@ def standing_damping(
 
 
 def spin_of(given: Given) -> Spin:
-    """Return the terms of rotation (Coriolis, stiffening, loads) that a file has.
+    """Return the terms of rotation (Coriolis, stiffening, loads) of a rotor from file.
 
-    They are in the file's coordinates.
+    They are in the coordinates of the file's matrices.
 
     Raises
     ------
@@ -254,10 +274,10 @@ def spin_of(given: Given) -> Spin:
 
 
 def check_terms(given: Given) -> None:
-    """Refuse a file without all terms of rotation, or with stiffness in both forms.
+    """Raise InputError if an engine's file has not all terms of rotation.
 
-    The forms are the matrices of stress stiffness and softening, or the stiffness at
-    two speeds.
+    Of two forms of stiffness it must have exactly one: the matrices of stress stiffness
+    and softening, or the stiffness at two speeds.
     """
     if are_two_ways(given.arrays):
         raise given.refusal(
@@ -278,11 +298,11 @@ def check_terms(given: Given) -> None:
 
 
 def stiffness_terms(rest: Any, terms: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Return (K_1, K_2) of K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2, dense or sparse.
+    """Return how the stiffness of a rotor from file depends on the speed: K_1 and K_2.
 
-    K_2 is None if it is 0. K_1 is `stress_stiffness` less `softening`; or K_1 and K_2
-    follow from the stiffness at two speeds (Sternchuss and Balmes 2006), a = Omega_a^2,
-    b = Omega_b^2:
+    K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2, dense or sparse; K_2 is None if it is 0.
+    K_1 is `stress_stiffness` less `softening`; or K_1 and K_2 follow from the stiffness
+    at two speeds (Sternchuss and Balmes 2006), a = Omega_a^2, b = Omega_b^2:
 
     K_1 = [b^2 (K_a - K_0) - a^2 (K_b - K_0)] / (a b (b - a))
     K_2 = [a (K_b - K_0) - b (K_a - K_0)] / (a b (b - a))
@@ -301,9 +321,11 @@ def stiffness_terms(rest: Any, terms: Mapping[str, Any]) -> tuple[Any, Any]:
 
 
 def checked(given: Given, name: str, *, skew: bool = False) -> Floats:
-    """Return a file's matrix, made exactly symmetric or skew-symmetric; refuse others.
+    """Return a matrix of an engine's file, made exactly symmetric or skew-symmetric.
 
-    name, skew : the matrix's name in the file; whether it is skew-symmetric
+    Raise InputError if it is not so within `SYMMETRIC`.
+
+    name, skew : the matrix's name in the file; whether it must be skew-symmetric
     """
     matrix, count = given[name], len(given["mass"])
     if matrix.shape != (count, count):
@@ -318,7 +340,10 @@ def checked(given: Given, name: str, *, skew: bool = False) -> Floats:
 
 
 def transformed(spin: Spin, basis: Floats) -> Spin:
-    """Return terms of rotation in m new coordinates y, by x = `basis` (n, m) y."""
+    """Return terms of rotation in m new coordinates y, x = basis y.
+
+    spin, basis : terms in n coordinates x; (n, m)
+    """
     back, quartic = basis.T, spin.quartic
     turned, first = back @ spin.coriolis @ basis, back @ spin.stiffening @ basis
     if quartic is not None:
@@ -337,7 +362,10 @@ def transformed(spin: Spin, basis: Floats) -> Spin:
 def check_translation(
     given: Given, model: ModalModel, blades: int, spring: float
 ) -> None:
-    """Refuse a file whose rotor does not translate freely in the static frame.
+    """Raise InputError if a file's terms of rotation resist a rigid translation.
+
+    A rotor without shaft would move on a straight line in the static frame; wrong signs
+    or units of the terms show in a force on it.
 
     Parameters
     ----------
@@ -360,19 +388,20 @@ def check_turned(
     speeds: Floats | None,
     wrong: Callable[[str, str, object], InputError],
 ) -> None:
-    """Refuse terms of rotation if a rigid translation is not free in the static frame.
+    """Raise an error for terms of rotation that resist a rigid translation.
 
-    Without springs at its centre the rotor would move uniformly, with the double root
-    s = -i Omega in the rotating frame. Hence T_x C T_y = -T_x M T_x = -m and T_x (K_1 +
-    Omega^2 K_2) T_x = -m. The opposite sign of C would exchange forward and backward.
+    Without springs at its centre a rotor moves uniformly in the static frame, with the
+    double root s = -i Omega in the rotating frame. Hence T_x C T_y = -T_x M T_x = -m
+    and T_x (K_1 + Omega^2 K_2) T_x = -m. The opposite sign of C would exchange forward
+    and backward.
 
     Parameters
     ----------
-    spin : the terms
+    spin : terms of rotation of a rotor, in n coordinates
     mass : M (n, n)
-    moved : (n, 2), unit translations T_x and T_y
+    moved : (n, 2), unit translations T_x and T_y along x and y
     speeds : rad/s, the two speeds, if the stiffness is given at two speeds
-    wrong : function that returns an error from the name of a matrix, what it must be
+    wrong : function that makes the error from the name of a matrix, what it must be
         and what it is
     """
     size = float(np.trace(moved.T @ mass @ moved)) / 2

@@ -64,7 +64,9 @@ RIGID = 0.01  # largest relative deviation from a translation; left-out modes ca
 
 @dataclass(frozen=True)
 class Support:
-    """Supports of the centre in the static frame, with the force F of this module.
+    """Springs and dampers of the shaft's centre, static frame, with the same values.
+
+    Their force on the centre is F = -k Z - c Z' - k_d conj(Z) - c_d conj(Z').
 
     For a rotor that turns clockwise they are mirrored, so that a cross-coupled
     stiffness drives the same whirl, forward or backward, in both senses of rotation.
@@ -87,12 +89,15 @@ class Support:
 
     @property
     def is_round(self) -> bool:
-        """Whether the supports are the same in all directions, for small motions."""
+        """Whether stiffness and damping are the same in all directions.
+
+        Those of a squeeze film are so in small motions.
+        """
         return self.stiffness_apart == 0.0 == self.damping_apart
 
     @property
     def is_plain(self) -> bool:
-        """Whether the supports' matrices in the rotating frame are constant."""
+        """Whether the supports' matrices in the rotating frame are constant in time."""
         return self.is_round and self.film == 0.0
 
     def at(self, speed: float) -> Support:
@@ -100,9 +105,10 @@ class Support:
         return _mirrored(self) if speed < 0.0 else self
 
     def turning(self, speed: float) -> complex:
-        """Return k + i Omega c, N/m, the supports' factor on z in the rotating frame.
+        """Return k + i Omega c, N/m, by which the supports resist a displacement z.
 
-        z = x_o + i y_o is the centre; speed : Omega, rad/s
+        z = x_o + i y_o is that of the centre in the rotating frame, in which the force
+        on it is -(k + i Omega c) z - c z'; speed : Omega, rad/s
         """
         return self.stiffness + 1j * speed * self.damping
 
@@ -119,14 +125,18 @@ def _mirrored(own: Support) -> Support:
 
 
 def planar(factor: complex) -> Floats:
-    """Return the matrix (2, 2) on (x, y) that multiplies x + i y by `factor`."""
+    """Return a complex factor as the real matrix (2, 2) that acts on (x, y).
+
+    The matrix does to (x, y) what the factor does to x + i y.
+    """
     return np.array([[factor.real, -factor.imag], [factor.imag, factor.real]])
 
 
 @dataclass(frozen=True, eq=False)
 class Bearing:
-    """Supports from a table over speed, interpolated by monotone cubics (PCHIP).
+    """Springs and dampers of the shaft's centre that depend on the speed, from a table.
 
+    Between the table's speeds they are interpolated by monotone cubics (PCHIP).
     Beyond the table its end values hold, but only in searches over the speed: a case at
     such a speed is refused. For a rotor that turns clockwise the supports are mirrored.
 
@@ -146,11 +156,11 @@ class Bearing:
 
     @property
     def is_plain(self) -> bool:
-        """Whether the supports' matrices in the rotating frame are constant."""
+        """Whether the supports' matrices in the rotating frame are constant in time."""
         return self.is_round
 
     def at(self, speed: float) -> Support:
-        """Return the supports at a speed, rad/s."""
+        """Return the springs and dampers at a speed, rad/s."""
         from scipy.interpolate import PchipInterpolator  # slow to import
 
         inside = float(np.clip(abs(speed), self.speeds[0], self.speeds[-1]))
@@ -164,9 +174,10 @@ class Bearing:
 
 
 def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
-    """Return a bearing from its table over speed.
+    """Return the supports of a bearing that is given by eight coefficients over speed.
 
-    rows : (speed, k_xx, k_xy, k_yx, k_yy, c_xx, c_xy, c_yx, c_yy) of each line
+    rows : (speed, k_xx, k_xy, k_yx, k_yy, c_xx, c_xy, c_yx, c_yy) of each line of the
+        bearing's table; rad/s, N/m, N s/m
     spring : k_o, N/m, which is in the rotor's matrix and replaced by the table
     """
     table = np.array(rows)
@@ -182,16 +193,17 @@ def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
 def small_damping(
     viscosity: float, length: float, radius: float, clearance: float
 ) -> float:
-    """Return the damping c_0, N s/m, of small motions in a squeeze film.
+    """Return the damping c_0, N s/m, of a squeeze film in small motions.
 
-    viscosity, length, radius, clearance : mu, Pa s; L, R and c, m
+    viscosity, length, radius, clearance : mu, Pa s; L, R and c of the film, m
     """
     return math.pi * viscosity * radius * (length / clearance) ** 3
 
 
 def film_shares(eccentricity: float) -> tuple[float, float]:
-    """Return the damping of a squeeze film over c_0, along and across the eccentricity.
+    """Return how much more than c_0 a squeeze film damps an eccentric motion.
 
+    Returns the ratios to c_0 of the damping along and across the eccentricity
     c_0 is the damping of small motions; the eccentricity, relative to the clearance, is
     taken as at most `CLOSED`.
     """
@@ -201,10 +213,11 @@ def film_shares(eccentricity: float) -> tuple[float, float]:
 
 
 def valid_up_to() -> tuple[float, float]:
-    """Return the eccentricities beyond which a squeeze film's c_0 is too low by `OFF`.
+    """Return up to which eccentricities c_0 is a fair damping of a squeeze film.
 
-    The first holds for damping along the eccentricity, the second across it; both are
-    relative to the clearance.
+    Beyond, the film's damping exceeds c_0 by more than `OFF`: the first value is that
+    for damping along the eccentricity, the second across it; both are relative to the
+    clearance.
     """
     along = zero_between(lambda eps: film_shares(eps)[0] - 1.0 - OFF, 0.0, 0.5)
     return along, math.sqrt(1.0 - (1.0 + OFF) ** (-2.0 / 3.0))
@@ -214,19 +227,21 @@ ROUND = Support()  # only the springs in the rotor's matrix
 
 
 class MisplacedError(ValueError):
-    """Raised if a rotor translates rigidly, but with tips or centre in other places."""
+    """A rotor translates rigidly, but tips or centre are not where the file says."""
 
 
 def shaft_stiffness(
     shapes: Floats, hub: Floats, omega: Floats, first: float = 0.0
 ) -> float | None:
-    """Return the shaft's stiffness k_o, N/m; None where modes do not determine it.
+    """Identify the stiffness k_o of a rotor's shaft, N/m, from its modes.
+
+    None where the modes do not determine it.
 
     Parameters
     ----------
-    shapes : (N, 2, m), mass-orthonormal: radial and tangential motion of the tips
-    hub : (2, m), motion of the centre x_o and y_o
-    omega : (m,), rad/s
+    shapes : (N, 2, m), radial and tangential motion of N tips in m modes of unit mass
+    hub : (2, m), motion of the centre x_o and y_o in the modes
+    omega : (m,), rad/s, natural frequencies
     first : rad, angle of the tip of blade 0
 
     Raises
@@ -254,10 +269,11 @@ def shaft_stiffness(
 
 
 def _check_places(moved: Complexes, angle: Floats) -> None:
-    """Raise MisplacedError for a translation in other axes or another blade order.
+    """Raise MisplacedError if tips translate in other axes, or in another blade order.
 
-    moved : (N, 2), radial and tangential motion of the tips if the centre moves by 1
-    angle : (N,), rad, where the tips should be
+    moved : (N, 2), radial and tangential motion of the tips if the centre moves by 1 in
+        a rigid translation
+    angle : (N,), rad, angles of the tips according to the file
     """
     radial, tangential = moved.T
     for way, order in ((1.0, "anticlockwise"), (-1.0, "clockwise")):
@@ -277,12 +293,14 @@ def _check_places(moved: Complexes, angle: Floats) -> None:
 def with_tilt(
     tilt: Tilt, centre: Indices, turn: Any, mass: Any, stiffness: Any
 ) -> tuple[Any, Any]:
-    """Return M and K, (n, n), extended by w coordinates of the tilt to (n + w, n + w).
+    """Return a rotor's M and K with coordinates of the disk's tilt added at the end.
 
-    w is 2 for real coordinates x and y, 1 for a complex one.
+    From (n, n) they become (n + w, n + w): w is 2 for real slopes phi_x and phi_y, 1
+    for a complex one.
 
     Parameters
     ----------
+    tilt : overhung shaft and inertia of the disk
     centre : (w,), indices of the centre's coordinates
     turn : (w, w), anticlockwise rotation by 90 degrees in these coordinates
     """
@@ -299,9 +317,12 @@ def with_tilt(
 def turning_tilt(
     tilt: Tilt, turn: Any, coriolis: Any, stiffening: Any, load: Any
 ) -> tuple[Any, Any, Any]:
-    """Return C, K_1 (n + w, n + w) and F_c (n + w,) with the tilt's w coordinates.
+    """Return a rotor's terms of rotation with w coordinates of the disk's tilt added.
 
-    They are terms of rotation, see `Spin`; turn : as in `with_tilt`
+    They are C and K_1, (n + w, n + w), and F_c, (n + w,), see `Spin`.
+
+    tilt : overhung shaft and inertia of the disk
+    turn : (w, w), anticlockwise rotation by 90 degrees in the tilt's coordinates
     """
     n = len(load)
     turns, stiffens = _bordered(coriolis, turn), _bordered(stiffening, turn)

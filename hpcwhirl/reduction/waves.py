@@ -1,5 +1,6 @@
-"""Waves of a rotating rotor: the quadratic eigenproblem of each nodal diameter.
+"""Waves of a rotating rotor: natural frequencies, growth, response to an unbalance.
 
+Waves are the free motions; they solve a quadratic eigenproblem on each nodal diameter.
 On nodal diameter k, u = Re(Y e^{i k theta + s t}) in the rotating frame,
 
 [s^2 M + s (D + D_s + 2 Omega C) + K(Omega) + S] Y = 0,
@@ -34,8 +35,8 @@ from hpcwhirl.reduction.modes import (
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.supports import Bearing, Support, planar
 
-WATCHED = 4.0  # ratio of the highest speed of searches to the first frequency
-SPEEDS = 101  # number of speeds at which searches compute growth
+WATCHED = 4.0  # highest speed of searches / first natural frequency
+SPEEDS = 101  # number of speeds at which searches for unstable waves compute growth
 REAL = 1e-9  # imaginary part, relative to the largest root, of a root taken as real
 ALIKE = 1e-6  # relative difference up to which frequencies count as equal
 ROUND_OFF = 1e-11  # growth rate, relative to the highest frequency, that counts as 0
@@ -43,13 +44,14 @@ ROUND_OFF = 1e-11  # growth rate, relative to the highest frequency, that counts
 
 @dataclass(frozen=True)
 class WaveLine:
-    """A travelling wave of the rotor at a speed.
+    """A travelling wave of the rotor, a free motion, at one speed.
 
     Attributes
     ----------
     nodal_diameter, family : labels of the mode at rest from which it comes
-    rotating, static : damped frequency in either frame, rad/s; > 0: turns with Omega
-    growth : growth rate, 1/s
+    rotating, static : damped frequency in the rotating and in the static frame, rad/s;
+        > 0: turns with Omega
+    growth : growth rate, 1/s, < 0 if it decays
     """
 
     nodal_diameter: int
@@ -60,7 +62,7 @@ class WaveLine:
 
 
 def wave_lines(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor at a speed, rad/s, by diameter and frequency.
+    """Return all waves of a rotor at a speed, sorted by diameter and frequency.
 
     A standing wave (k = N / 2, or a single mode of a mistuned rotor without terms of
     rotation) is returned as two waves of opposite sense; a mode of k = 0 as one.
@@ -75,16 +77,22 @@ def wave_lines(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
 
 
 def _line(k: int, family: str, root: complex, speed: float) -> WaveLine:
-    """Return the wave e^{i k theta + s t} of a root s, 1/s, of nodal diameter k.
+    """Return the wave e^{i k theta + s t} with frequencies and growth from a root s.
 
-    family, speed : name of the mode at rest from which it comes; Omega, rad/s
+    k, family : nodal diameter; family of the mode at rest from which it comes
+    root, speed : s, 1/s; Omega, rad/s
     """
     turning = -float(root.imag)
     return WaveLine(k, family, turning, turning + k * speed, float(root.real))
 
 
 def _at_rest(model: ModalModel, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor without terms of rotation, by nodal diameter."""
+    """Return the waves of a rotor without terms of rotation, by nodal diameter.
+
+    Their frequencies in the rotating frame are those at rest.
+
+    speed : Omega, rad/s, for frequencies in the static frame
+    """
     lines = []
     for k in np.unique(model.diameter).tolist():
         names = family_ranks(model, k)
@@ -102,7 +110,7 @@ def _at_rest(model: ModalModel, speed: float) -> list[WaveLine]:
 
 
 def _by_diameter(model: ModalModel, spin: Spin, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor of equal sectors with rotation, by nodal diameter.
+    """Return the waves of a rotor of equal sectors with terms of rotation, by diameter.
 
     spin, speed : terms of rotation; Omega, rad/s
     """
@@ -119,17 +127,23 @@ def _by_diameter(model: ModalModel, spin: Spin, speed: float) -> list[WaveLine]:
 
 
 def rank_of(place: int, modes: int) -> int:
-    """Return the rank of the mode at rest from which a wave's root comes.
+    """Return the rank of the mode at rest from which a wave comes.
 
-    place : index of the root among 2 `modes` roots, sorted from forward to backward
+    place : index of the wave's root among the roots of its nodal diameter, sorted from
+        forward to backward
+    modes : number m of the diameter's modes, which have 2 m roots
     """
     return modes - 1 - place if place < modes else place - modes
 
 
 def wave_roots(model: ModalModel, piece: SpinBlock, speed: float) -> Complexes:
-    """Return the 2 m roots s, 1/s, of waves of a nodal diameter, forward ones first.
+    """Return the 2 m roots s, 1/s, of waves e^{s t} of one nodal diameter.
 
-    piece, speed : the terms of rotation of its m modes; Omega, rad/s
+    They are sorted by Im s: forward waves first, from the highest frequency down, then
+    backward waves upward.
+
+    model, piece : rotor; m modes of the diameter at rest and their terms of rotation
+    speed : Omega, rad/s
     """
     gyro, damping, stiffness, push = diameter_matrices(model, piece, speed)
     roots = quadratic_roots(damping + gyro, stiffness + push)
@@ -166,9 +180,9 @@ def _apart(
     ----------
     matrices : G = D + 2 Omega C and K on the mean supports, (m, m), rotating frame
     hub : (m,), displacement z_o of the centre in the modes, see `SpinBlock`
-    own : the supports
+    own : the supports, which differ by direction
     speed : Omega, rad/s
-    roots : (2 m,), roots on the mean supports, sorted
+    roots : (2 m,), 1/s, roots on the mean supports, sorted from forward to backward
     """
     from scipy.optimize import linear_sum_assignment  # slow to import
 
@@ -187,10 +201,12 @@ def _apart(
 
 
 def _with_conjugate(matrix: Complexes, apart: complex, hub: Complexes) -> Complexes:
-    """Return [[A, conj(B)], [B, conj(A)]], which acts on (Y, conj(Y)), see `_apart`.
+    """Return the matrix of motions on supports that differ by direction, (2 m, 2 m).
+
+    It is [[A, conj(B)], [B, conj(A)]], which acts on (Y, conj(Y)) of `_apart`.
 
     matrix : A (m, m)
-    apart, hub : factor at the centre, and z_o of m modes, which give B
+    apart, hub : factor k_d or c_d at the centre; (m,), z_o of m modes, which give B
     """
     across = apart * np.outer(hub, hub)
     return np.block([[matrix, across.conj()], [across, matrix.conj()]])
@@ -199,11 +215,13 @@ def _with_conjugate(matrix: Complexes, apart: complex, hub: Complexes) -> Comple
 def diameter_matrices(
     model: ModalModel, piece: SpinBlock, speed: float
 ) -> tuple[Complexes, Complexes, Complexes, Complexes]:
-    """Return (2 Omega C, D + D_s, K(Omega), S) of a nodal diameter, (m, m) each.
+    """Return the matrices of a rotor's motion at a speed on one nodal diameter, (m, m).
 
-    They are the matrices of Coriolis forces, damping, stiffness and circulatory forces
-    of the supports, see `modes.Spin`, in coordinates of its modes at rest, in which M =
-    1.
+    They are those of Coriolis forces, 2 Omega C, damping, D + D_s, stiffness, K(Omega),
+    and circulatory forces of the supports, S, see `modes.Spin`, in amplitudes of m
+    modes at rest, in which M = 1.
+
+    piece, speed : the modes and their terms of rotation; Omega, rad/s
     """
     spin = model.terms
     ratios = model.ratios[(model.diameter == piece.k) & (model.phase == 0)]
@@ -218,9 +236,11 @@ def diameter_matrices(
 def quadratic_roots(
     damping: Complexes | Floats, stiffness: Complexes | Floats
 ) -> Complexes:
-    """Return the roots s (2 n,), 1/s, of det(s^2 + s D + K) = 0.
+    """Return the roots s of motions e^{s t} with x'' + D x' + K x = 0, (2 n,), 1/s.
 
     They are eigenvalues of a companion matrix with velocities scaled by sqrt(K).
+
+    damping, stiffness : D, 1/s, K, 1/s^2, (n, n)
     """
     n = len(stiffness)
     scale = np.sqrt(np.linalg.norm(stiffness))
@@ -232,14 +252,14 @@ def quadratic_roots(
 def turning_matrices(
     model: ModalModel, speed: float, blades: int
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return (2 Omega C, D + D_s, K(Omega), S) of a rotor, (n, n) each.
+    """Return the matrices of a whole rotor's motion at a speed, (n, n) each.
 
-    They are the matrices of Coriolis forces, damping, stiffness and circulatory forces
-    of the supports, see `modes.Spin`.
+    They are those of Coriolis forces, 2 Omega C, damping, D + D_s, stiffness, K(Omega),
+    and circulatory forces of the supports, S, see `modes.Spin`.
 
     Parameters
     ----------
-    model : rotor with a spin
+    model : rotor with terms of rotation
     speed : Omega, rad/s
     blades : N
     """
@@ -259,7 +279,10 @@ def turning_matrices(
 
 
 def _of_whole(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor whose sectors are unequal, or at most two."""
+    """Return the waves of a rotor of unequal sectors, or of at most two sectors.
+
+    speed : Omega, rad/s
+    """
     gyro, damping, stiffness, push = turning_matrices(model, speed, blades)
     stiffness, n = stiffness + push, len(model.mass)
     right = np.linalg.solve(model.mass, np.hstack([stiffness, damping + gyro]))
@@ -287,7 +310,9 @@ def _of_whole(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
 def largest_growth(model: ModalModel, blades: int, speed: float) -> float:
     """Return the growth rate, 1/s, of the fastest growing free motion at a speed.
 
-    It is negative if all free motions decay; speed : rad/s
+    It is negative if all free motions decay.
+
+    model, blades, speed : rotor; N; rad/s
     """
     spin = model.spin
     if spin is not None and spin.waves:
@@ -313,12 +338,14 @@ def unbalance_speeds(model: ModalModel) -> list[float]:
 
 
 def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[float]:
-    """Return the speeds below `top`, rad/s, at which an unbalance is in resonance.
+    """Return resonance speeds of an unbalance on supports that depend on the speed.
 
-    piece : terms of rotation of nodal diameter 1. Supports that depend on the speed are
-    evaluated at each of `SPEEDS` speeds, and the resonance speeds computed with them.
-    Where such a speed equals the one at which the supports were evaluated, there is a
-    resonance.
+    The supports are evaluated at each of `SPEEDS` speeds, and the resonance speeds
+    computed with them. Where such a speed equals the one at which the supports were
+    evaluated, there is a resonance.
+
+    piece : modes and terms of rotation of nodal diameter 1
+    supports, top : supports from a table; rad/s, highest speed of the search
     """
     if isinstance(supports, Support):
         speeds = _soft_at(*_of_unbalance(piece, supports))
@@ -345,11 +372,12 @@ def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[floa
 def _of_unbalance(
     piece: SpinBlock, own: Support
 ) -> tuple[Complexes, Complexes, Complexes | None]:
-    """Return (K_0, K_1, K_2) of the waves that an unbalance excites, k = 1.
+    """Return the stiffness terms of the waves that an unbalance excites, k = 1.
 
-    Their stiffness is K_0 + Omega^2 K_1 + Omega^4 K_2, see `unbalance_speeds`.
+    They are K_0, K_1, K_2 of K_0 + Omega^2 K_1 + Omega^4 K_2, which is singular at a
+    resonance, see `unbalance_speeds`.
 
-    piece, own : the nodal diameter 1 at rest; its supports at the speed
+    piece, own : modes and terms of rotation of nodal diameter 1; the supports
     """
     hub, first, second = piece.hub, piece.stiffening, piece.quartic
     rest = np.diag(piece.omega**2) + own.stiffness.real * np.outer(hub.conj(), hub)
@@ -366,8 +394,8 @@ def _of_unbalance(
 def _soft_at(stiffness: Any, first: Any, second: Any) -> Floats:
     """Return the speeds > 0, rad/s, at which K + Omega^2 K_1 + Omega^4 K_2 is singular.
 
-    stiffness : K (n, n), positive definite; first, second : K_1, K_2; the last may be
-        None
+    stiffness : K (n, n), positive definite
+    first, second : K_1, K_2 (n, n); None: K_2 is 0
     """
     if second is None:
         inverse = eigh(-first, stiffness, eigvals_only=True)
@@ -485,9 +513,11 @@ def unstable_from(model: ModalModel, blades: int) -> float | None:
 
 
 def tip_growth(model: ModalModel, blades: int, speed: float) -> Floats:
-    """Return the steady outward displacement of N tips at a speed, rad/s, (N,), m.
+    """Return how much each of N tips grows outward at a speed, (N,), m.
 
     It is the static response to the centrifugal load Omega^2 F_c.
+
+    model, blades, speed : rotor with terms of rotation; N; Omega, rad/s
     """
     spin = model.spin
     if spin is None:

@@ -1,4 +1,8 @@
-"""The xarray accessor `hpcwhirl` of results: selection of cases, and figures."""
+"""The xarray accessor `hpcwhirl`: selection of cases, and figures, in Python.
+
+Importing this module gives xarray's datasets, such as results from `open_results`, an
+attribute `hpcwhirl`; its method `orbit`, for example, draws the orbit of a case.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +33,10 @@ UNKEPT = 'no orbits were kept: traces = "orbit" or "full" in [output] keeps them
 
 
 def plot_result(result: Result, *, transient: bool = False) -> Any:
-    """Draw the centre's orbit from a result of `simulate`; return the figure's axes."""
+    """Draw the centre's orbit from a result of `hpcwhirl.simulate`; return its axes.
+
+    transient : also draw the time before the window
+    """
     from hpcwhirl.report.figures.motions import orbits_of
 
     if NEEDED not in result.traces:
@@ -49,15 +56,15 @@ def _asked(wish: dict[str, Any]) -> Any:
 
 
 class WordsPlot(DataArrayPlotAccessor):
-    """The method `plot` of a DataArray, extended to words of cases, such as "damped".
+    """Replacement of the method `plot` of xarray, which also draws words of cases.
 
-    xarray cannot draw words; everything else is drawn by xarray.
+    xarray cannot draw words, such as "damped"; everything else is drawn by xarray.
     """
 
     __slots__ = ()
 
     def __call__(self, **wish: Any) -> Any:  # type: ignore[override]
-        """Draw the words of an array over its one or two inputs, in the map's colours.
+        """Draw an array of words over its one or two dimensions, in the map's colours.
 
         Parameters
         ----------
@@ -100,7 +107,7 @@ xarray.DataArray.plot = UncachedAccessor(WordsPlot)
 
 @xarray.register_dataset_accessor("hpcwhirl")  # type: ignore[no-untyped-call]
 class Whirl:
-    """Selection of cases from `hpcwhirl.open_results`, and pictures of them.
+    """The accessor `hpcwhirl` of results: it selects cases and draws pictures of them.
 
     A picture is returned as Matplotlib's axes, whose attribute `figure` is the figure.
 
@@ -113,7 +120,7 @@ class Whirl:
         self._data = data
 
     def map(self, **wish: Any) -> Any:
-        """Return the axes of the campaign's map; an array if there are several panels.
+        """Draw the campaign's map; return its axes, an array for several panels.
 
         Parameters
         ----------
@@ -131,7 +138,7 @@ class Whirl:
 
         Parameters
         ----------
-        wish : options as of `map`, except critical
+        wish : options of the method `map`, except critical
 
         Raises
         ------
@@ -157,7 +164,7 @@ class Whirl:
         return self._data.isel(case=np.flatnonzero(found))
 
     def orbit(self, case: int, *, transient: bool = False) -> Any:
-        """Return the axes of the centre's orbit: static frame, rotating frame.
+        """Draw the centre's orbit in the static and rotating frame; return the axes.
 
         The rotating frame is left out if the speed or the gap changes in time.
 
@@ -173,9 +180,9 @@ class Whirl:
         return np.array(figure.axes, dtype=object)
 
     def spectrum(self, case: int) -> Any:
-        """Return the axes of the centre's full spectrum in the window, static frame.
+        """Draw the full spectrum of the centre's motion in the window; return the axes.
 
-        Backward whirl lies below zero.
+        In the static frame, backward whirl lies below zero.
 
         Parameters
         ----------
@@ -202,7 +209,7 @@ class Whirl:
 
     @property
     def _file(self) -> Path:
-        """The file that the results were read from."""
+        """Path of the results file that the data were read from."""
         for variable in self._data.variables.values():
             source = variable.encoding.get("source")
             if source:
@@ -211,7 +218,10 @@ class Whirl:
         raise InputError(msg)
 
     def _case(self, case: int) -> tuple[Results, int]:
-        """Return the campaign's results and the case's number, if it has an orbit."""
+        """Return the campaign's results, and the number of a case checked to be in it.
+
+        InputError if the case is not among the data or has no stored orbit.
+        """
         cases = Results(self._file.parent)
         finished = cases.finished()
         if case not in finished:

@@ -1,4 +1,4 @@
-"""Figures: creation, titles, labels and ticks with units, and writing to files."""
+"""What all figures share: creation, titles, labels and ticks with units, writing."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from hpcwhirl.store.reading.select import value_text
 
 FIXED = ("speed", "nodal_diameter", "gap", "friction")  # inputs named first in titles
 DIGITS = 6  # digits of a number in a unit other than SI, and in the title of a case
-SEQUENTIAL = "cividis"  # perceptually uniform, readable by the colour-blind
-DIVERGING = "PuOr"  # of numbers about zero
+SEQUENTIAL = "cividis"  # colour map, perceptually uniform, fit for the colour-blind
+DIVERGING = "PuOr"  # colour map of numbers of both signs
 KNOWN = DERIVED | AXES | TRACES | ROW
 NAMED = {variable_name(name): quantity for name, quantity in INPUTS.items()} | KNOWN
 UNITS = re.compile(r", (rad/s|m|N|s|Hz|1/s)(?=$|[\n,]| \()")
@@ -28,29 +28,39 @@ STEPS = (1, 2, 2.5, 5, 10)
 
 
 def name_of(name: str) -> str:
-    """Return a variable's name with spaces, followed by its symbol, if it has one."""
+    """Return the name of a variable of results for a label, such as "speed Ω".
+
+    Underscores become spaces; the symbol follows if there is one.
+    """
     symbol = NAMED[name].symbol if name in NAMED else ""
     return f"{name.replace('_', ' ')} {symbol}".strip()
 
 
 def axis_of(name: str) -> str:
-    """Return a variable's label for an axis: symbol, else name, and SI unit."""
+    """Return the label of an axis on which a variable is drawn, such as "Ω, rad/s".
+
+    It has the variable's symbol, or else its name, and the SI unit.
+    """
     return KNOWN[name].labelled(KNOWN[name].symbol or name.replace("_", " "))
 
 
 def eq13_of(family: str) -> str:
-    """Return the label "Eq. 13" of a critical speed, with a family other than 1F."""
+    """Return the label of a critical speed: "Eq. 13", or "Eq. 13, suspension".
+
+    family : family of the rotor's modes, which is named if it is not "1F"
+    """
     return "Eq. 13" if family == "1F" else f"Eq. 13, {family}"
 
 
 def value_of(name: str, value: Any, unit: str = "") -> str:
-    """Return ``symbol = value unit``, in the unit that `scene.units.shown_in` chooses.
+    """Return a variable with its value for a title, such as ``Ω = 440 rad/s``.
 
     Parameters
     ----------
-    name : name of a variable
+    name : name of a variable of results
     value : number or text; a long text is shortened
-    unit : unit of `value`, if not the one in `scene.quantities`
+    unit : unit of `value`, if not the one in `scene.quantities`; the text has the unit
+        that the user chose for it, see `scene.units.shown_in`
     """
     known = NAMED.get(name)
     symbol = (known and known.symbol) or name.replace("_", " ")
@@ -63,9 +73,9 @@ def value_of(name: str, value: Any, unit: str = "") -> str:
 
 
 def title_of(row: Any) -> str:
-    """Return the title of a case: speed, lobes, gap, friction, regime and whirl.
+    """Return the title of a case's figure: speed, lobes, gap, friction, regime, whirl.
 
-    row : results of the case by name
+    row : {name of result: value in the case}
     """
     words = f"{row['regime']}, {row['whirl']}"
     lost = {"unstable": "unstable integration", "overloaded": "overloaded"}
@@ -76,11 +86,10 @@ def title_of(row: Any) -> str:
 
 
 def tell_in_units(figure: Any) -> None:
-    """Label the axes of a figure in the units of `scene.units.shown_in`.
+    """Change the labels and ticks of a drawn figure to the units that the user chose.
 
     The data stay in SI; labels name the unit shown, and ticks are at round numbers in
-    this unit.
-    Only linear axes whose label contains a unit are changed.
+    this unit. Only linear axes whose label contains an SI unit are changed.
     """
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
@@ -116,7 +125,7 @@ def legend_below(
 ) -> None:
     """Add one legend for all panels below a figure, where it hides no curve.
 
-    more : further handles of the legend
+    panels, more : axes whose labelled curves are listed; further handles
     """
     keys = [k for axes in panels for k in axes.get_legend_handles_labels()[0]]
     figure.legend(handles=[*keys, *more], loc="outside lower center", ncols=ncols,
@@ -129,10 +138,10 @@ LONGEST = 80  # largest number of characters of a text that is part of a file na
 def new_figure(
     size: tuple[float, float], rows: int = 1, columns: int = 1, **options: Any
 ) -> tuple[Any, Any]:
-    """Return a new figure and its axes.
+    """Return a new figure of matplotlib, and its axes.
 
-    size : width and height, in
-    rows, columns, options : as of `subplots` of matplotlib's figures
+    size : width and height, inches
+    rows, columns, options : arguments of `subplots` of matplotlib's figures
     """
     from matplotlib.figure import Figure
 
@@ -141,7 +150,10 @@ def new_figure(
 
 
 def part_of_name(text: str) -> str:
-    """Return a text as part of a file name: unique, with safe characters only."""
+    """Return a text in a form that can be part of a file name.
+
+    It has safe characters only; a long text is cut and gets a digest, to stay unique.
+    """
     plain = re.sub(r"[^A-Za-z0-9._=+-]+", "-", text).strip("-")
     if len(plain) <= LONGEST:
         return plain
@@ -149,7 +161,11 @@ def part_of_name(text: str) -> str:
 
 
 def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:
-    """Write a figure in the format of the file's name, and return its path."""
+    """Write a figure to a file, and return the file's path.
+
+    path : its ending sets the format, such as .png
+    dpi, options : dots per inch; arguments of matplotlib's `savefig`
+    """
     with telling(path):
         make_folders(path.parent)
         sweep_idle(path.parent, path.name)  # files left by a killed process
@@ -162,7 +178,7 @@ def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:
 
 
 def _tidy(figure: Any) -> None:
-    """Replace characters in a figure's texts that an SVG file must not contain."""
+    """Replace characters that an SVG file must not contain in all texts of a figure."""
     from matplotlib.text import Text
 
     for text in figure.findobj(Text):

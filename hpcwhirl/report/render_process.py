@@ -1,4 +1,4 @@
-"""The map of a campaign, drawn in a process of its own.
+"""Drawing a campaign's map in a separate process, which saves memory of rank 0.
 
 Importing Matplotlib and drawing a map takes some 90 MB, which would be the largest part
 of rank 0's memory. The process is a new interpreter, never a fork of a process that has
@@ -32,9 +32,11 @@ TOLD = (InputError, NoRoomError, MissingFileError, StoreError, WhirlError,
 
 
 def draw_apart(results: Path, out: Path) -> list[Path]:
-    """Draw map.png and map.svg of `results`, in another process, into `out`.
+    """Draw a campaign's map.png and map.svg in another process; return their paths.
 
-    If Matplotlib and xarray are loaded, or no process can start, this process draws.
+    If this process has Matplotlib and xarray already, or can start no other, it draws.
+
+    results, out : path of `results.h5`; directory of the figures
 
     Raises
     ------
@@ -65,9 +67,9 @@ def _begun(results: Path, out: Path) -> subprocess.Popen[bytes]:
 
 
 def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
-    """Wait for the drawing process; return the paths it wrote, or raise its error.
+    """Wait for the process that draws the map; return paths, or raise its error.
 
-    out : directory of the figures
+    process, out : the process; directory of the figures
     """
     with process:  # the input of the process stays open meanwhile
         told = process.stdout.read() if process.stdout else b""
@@ -83,9 +85,10 @@ def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
 
 
 def main() -> None:
-    """Draw a map in this process, a child; write only the reply to stdout.
+    """Draw a campaign's map in this process, which `draw_apart` has started.
 
-    All other output goes to stderr.
+    Its reply, which tells of success or the error, is all that goes to stdout; other
+    output goes to stderr.
     """
     with os.fdopen(os.dup(1), "w") as sink:
         os.dup2(2, 1)
@@ -103,7 +106,7 @@ def main() -> None:
 
 
 def _end_with_parent() -> None:
-    """Exit when standard input ends, as it does when the parent process ends."""
+    """Exit this process when its standard input ends, since its parent has ended."""
     while os.read(0, 1):
         pass
     os._exit(1)

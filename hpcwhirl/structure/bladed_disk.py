@@ -26,9 +26,10 @@ MOST_DOF = 15_000  # dense M and K then take 1.8 GB each
 
 
 def blade_sections(rotor: Rotor) -> tuple[float, list[Section]]:
-    """Return the length, m, of a blade's equal beam elements, and their cross sections.
+    """Return length, m, and cross sections of the beam elements of a blade.
 
-    There is one section for each element, listed from the root to the tip.
+    All elements have the same length; there is one section for each element, from the
+    root to the tip.
     """
     length = (rotor.radius - rotor.disk_radius) / rotor.elements
     share = np.linspace(0.0, 1.0, rotor.elements + 1)
@@ -40,7 +41,7 @@ def blade_sections(rotor: Rotor) -> tuple[float, list[Section]]:
 
 
 def blade(rotor: Rotor) -> tuple[Floats, Floats]:
-    """Return mass and stiffness (M, K) of one free blade, its root node first.
+    """Return mass and stiffness (M, K) of one free blade; its root node is the first.
 
     Returns
     -------
@@ -57,7 +58,10 @@ def blade(rotor: Rotor) -> tuple[Floats, Floats]:
 
 
 def blade_stiffness(rotor: Rotor) -> float:
-    """Return k_blade, N/m: static tangential tip stiffness, root clamped."""
+    """Return the stiffness k_blade of a blade clamped at its root, N/m.
+
+    It is the static tangential force at the tip per tangential displacement of the tip.
+    """
     stiffness = blade(rotor)[1][NODE:, NODE:]
     load = np.zeros(len(stiffness))
     load[-2] = 1.0
@@ -65,10 +69,12 @@ def blade_stiffness(rotor: Rotor) -> float:
 
 
 def spoke(rotor: Rotor, angle: float) -> tuple[float, Section, Floats]:
-    """Return (length, m; section; transform) of the beam from centre to a blade root.
+    """Return the beam of the disk from its centre to the root of a blade.
 
-    angle : rad, direction of the spoke, from the rotor's x axis
-    transform : (6, 5), from x_o, y_o and r, t, rotation of the root to the beam's DoF
+    Returns its length, m, its section, and the matrix, (6, 5), that gives the beam's
+    DoF from x_o, y_o and the root's radial, tangential displacement and rotation
+
+    rotor, angle : inputs of the rotor; rad, direction of the beam from the x axis
     """
     thick = (rotor.spoke_thickness, rotor.spoke_thickness)
     section = Section(rotor.spoke_width, thick, rotor.young, rotor.density)
@@ -79,9 +85,10 @@ def spoke(rotor: Rotor, angle: float) -> tuple[float, Section, Floats]:
 
 
 def rim(rotor: Rotor) -> tuple[float, Section, Floats]:
-    """Return (length, m; section; transform) of the beam from one root to the next.
+    """Return the beam of the disk from the root of one blade to that of the next.
 
-    transform : (6, 6), from r, t, rotation of both roots to the beam's DoF
+    Returns its length, m, its section, and the matrix, (6, 6), that gives the beam's
+    DoF from radial, tangential displacement and rotation of both roots
     """
     half = np.pi / rotor.blades
     thick = (rotor.rim_thickness, rotor.rim_thickness)
@@ -94,9 +101,10 @@ def rim(rotor: Rotor) -> tuple[float, Section, Floats]:
 
 @lru_cache(maxsize=4)
 def _joints(rotor: Rotor) -> list[list[tuple[Indices, tuple[Floats, ...]]]]:
-    """Return (DoF, (M, K)) of spoke and rim beam of each sector of a tuned rotor.
+    """Return the beams of the disk for each sector: spoke, then rim.
 
-    DoF are the beam's indices in the whole disk; a rotor of one blade has no rim.
+    Each is (indices of its DoF among those of the whole disk, (M, K)); a rotor of one
+    blade has no rim.
     """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     hub, out = blades * size + np.arange(2), []
@@ -114,7 +122,7 @@ def _joints(rotor: Rotor) -> list[list[tuple[Indices, tuple[Floats, ...]]]]:
 
 
 def bladed_disk(rotor: Rotor) -> CyclicStructure:
-    """Return the bladed disk in the rotating frame.
+    """Return mass and stiffness matrices of the bladed disk, rotating frame.
 
     DoF of sector j: (radial, tangential, rotation) of its nodes from root to tip;
     then, if the centre is free, x_o and y_o. Rotation of the centre is blocked.

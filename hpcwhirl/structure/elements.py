@@ -53,9 +53,10 @@ class Tilt:
 
 
 def shaft_stiffness(rotor: Rotor) -> tuple[float, float, float]:
-    """Return (k_11, k_12, k_22), N/m, N, N m, of a rotor's round shaft at the disk.
+    """Return the stiffness of a rotor's overhung, round shaft at the disk.
 
-    They relate force and moment at the disk to its displacement and slope.
+    It is (k_11, k_12, k_22), N/m, N, N m, from displacement and slope of the shaft at
+    the disk to force and moment there.
     """
     bending = rotor.shaft_young * np.pi * rotor.shaft_diameter**4 / 64
     span, out = rotor.shaft_length, rotor.shaft_overhang
@@ -71,7 +72,7 @@ def shaft_stiffness(rotor: Rotor) -> tuple[float, float, float]:
 
 
 def tilt_of(rotor: Rotor, mass: Floats, radii: Floats) -> Tilt | None:
-    """Return the shaft and the inertia of a disk that tilts; None for shaft springs.
+    """Return shaft and inertia of a disk that tilts; None for a rotor on shaft springs.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def tilt_of(rotor: Rotor, mass: Floats, radii: Floats) -> Tilt | None:
 
 
 def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
-    """Return cubic Hermite shape functions or their derivatives in arc length.
+    """Return the cubic Hermite shape functions of an element, or their derivatives.
 
     Parameters
     ----------
@@ -102,7 +103,7 @@ def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
     length
         element length, m; scales the two slope shapes
     order
-        derivative in s: 0, 1 or 2
+        order of the derivative with respect to arc length: 0, 1 or 2
 
     Returns
     -------
@@ -125,7 +126,7 @@ def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
 
 @dataclass(frozen=True)
 class Section:
-    """A rectangular cross section, its thickness varying linearly along an element."""
+    """A rectangular cross section whose thickness varies linearly along an element."""
 
     width: float  # out of plane, m
     thickness: tuple[float, float]  # in plane, m, at both ends
@@ -133,14 +134,17 @@ class Section:
     density: float  # kg/m^3
 
     def at(self, xi: float) -> tuple[float, float]:
-        """Return area, m^2, and second moment of area, m^4, at xi in the element."""
+        """Return area, m^2, and second moment of area, m^4, at xi along the element.
+
+        xi : position, 0 at its first node to 1 at its second
+        """
         h = self.thickness[0] * (1 - xi) + self.thickness[1] * xi
         return self.width * h, self.width * h**3 / 12
 
 
 @lru_cache(maxsize=64)  # mistuned blades of an engine differ by a factor on K only
 def beam(length: float, section: Section) -> tuple[Floats, Floats]:
-    """Return mass and stiffness (M, K) of a straight Bernoulli beam plus a rod.
+    """Return mass and stiffness (M, K) of a straight element: Bernoulli beam and rod.
 
     Returns
     -------
@@ -168,7 +172,9 @@ def beam(length: float, section: Section) -> tuple[Floats, Floats]:
 def curved(
     length: float, radius: float, section: Section, foundation: float
 ) -> tuple[Floats, Floats]:
-    """Return (M, K) of a curved ring element, both fields cubic Hermite.
+    """Return mass and stiffness (M, K) of a curved ring element on its foundation.
+
+    Both displacements are cubic Hermite. Strain energy U and kinetic energy T:
 
     U = 1/2 int [EA (u' + w/R)^2 + EI (w'' - u'/R)^2 + k_f (u^2 + w^2)] ds,
     T = 1/2 int rho A (u_t^2 + w_t^2) ds, u' = du/ds and u_t = du/dt.
@@ -207,7 +213,7 @@ def curved(
 
 @dataclass(frozen=True)
 class CyclicStructure:
-    """Matrices of N sectors, identical unless mistuned, and an optional shared centre.
+    """Mass and stiffness of N sectors, equal unless mistuned, and of a shared centre.
 
     Attributes
     ----------
@@ -235,15 +241,19 @@ class CyclicStructure:
 
 
 def add_block(target: Floats, block: Floats, dofs: Indices) -> None:
-    """Add `block` (b, b) to rows and columns `dofs` (b,) of `target` (n, n), in place.
+    """Add an element matrix to a structure's matrix, in place.
 
     A DoF that occurs twice in `dofs` (in a ring of one sector) gets both contributions.
+
+    target, block, dofs : (n, n); (b, b); (b,), indices of the element's DoF among the n
     """
     np.add.at(target, (dofs[:, None], dofs[None, :]), block)
 
 
 def turn(angle: float) -> Floats:
-    """Return the (2, 2) matrix from components (x, y) to those in turned axes.
+    """Return the matrix, (2, 2), that gives a vector's components in turned axes.
+
+    It multiplies the components (x, y).
 
     angle : rad, by which the axes are turned anticlockwise
     """

@@ -34,13 +34,16 @@ MIDDLE = np.zeros(1)
 
 @dataclass(frozen=True)
 class Uniform:
-    """Axial function of a ring, whose displacement is constant along the axis."""
+    """Axial function 1, of a casing whose displacements are constant along its axis."""
 
     count = 1
     ends = (-math.inf, math.inf)
 
     def at(self, stations: Floats) -> Floats:
-        """Return the constant function 1 at s axial places `stations`: ones (s, 1)."""
+        """Return the constant function 1 at s axial positions: ones, (s, 1).
+
+        stations : (s,), m, axial positions
+        """
         return np.ones((len(stations), 1))
 
 
@@ -48,12 +51,12 @@ class Uniform:
 class Sines:
     """Axial functions of a simply supported shell: sines of 1 .. `count` half waves.
 
-    They are sin(p pi (zeta / L + 1/2)), zeta the axial place, m.
+    They are sin(p pi (zeta / L + 1/2)), zeta the axial position, 0 in the middle.
 
     Attributes
     ----------
-    count : number of functions
-    length : L, m
+    count : number of functions, p = 1 .. `count`
+    length : L, m, of the shell
     """
 
     count: int
@@ -65,7 +68,10 @@ class Sines:
         return -self.length / 2, self.length / 2
 
     def at(self, stations: Floats) -> Floats:
-        """Return the sines at s axial places `stations`, m: (s, count)."""
+        """Return the sines at s axial positions, (s, count).
+
+        stations : (s,), m, axial positions, 0 in the casing's middle
+        """
         phase = np.pi * (np.asarray(stations) / self.length + 0.5)
         waves = np.arange(1, self.count + 1)
         return np.asarray(np.sin(np.outer(phase, waves)))
@@ -73,9 +79,11 @@ class Sines:
 
 @dataclass(frozen=True)
 class Stations:
-    """Axial functions of a casing from file: piecewise linear, 1 at one station each.
+    """Axial functions of a casing whose modes a file gives at s axial stations.
 
-    places : (s,), m, axial places of the s stations, ascending
+    Each is piecewise linear: 1 at its station, 0 at all others.
+
+    places : (s,), m, axial positions of the stations, ascending
     """
 
     places: tuple[float, ...]
@@ -91,9 +99,11 @@ class Stations:
         return self.places[0], self.places[-1]
 
     def at(self, stations: Floats) -> Floats:
-        """Return the s functions' values at k axial places `stations`, m: (k, s).
+        """Return the s functions at k axial positions, (k, s).
 
         They are constant beyond the ends of the casing.
+
+        stations : (k,), m, axial positions, 0 in the casing's middle
         """
         hats = np.eye(self.count)
         columns = [np.interp(stations, self.places, hat) for hat in hats]
@@ -106,14 +116,18 @@ EVERYWHERE = Uniform()
 
 @dataclass(frozen=True)
 class FourierOperator:
-    """Contact operator of a casing of harmonics 0 .. H: its motion and loads at angles.
+    """Contact operator of a casing whose coordinates are harmonics 0 .. H.
+
+    It gives the casing's displacements at points and, transposed, the loads on its
+    coordinates of forces there.
 
     Attributes
     ----------
     harmonics : H
     radius : m, of the casing
-    axial : functions by which harmonics vary along the axis
-    directions : number of displacements: 2, w and u; 3 with axial displacements
+    axial : functions by which displacements vary along the axis
+    directions : number of directions of displacement: 2, radial w and tangential u; 3
+        with axial displacements
     """
 
     harmonics: int
@@ -123,7 +137,7 @@ class FourierOperator:
 
     @property
     def width(self) -> int:
-        """Number of radial coordinates for one axial function, 2 H + 1."""
+        """Number of radial coordinates of one axial function: 2 H + 1."""
         return 2 * self.harmonics + 1
 
     @property
@@ -142,11 +156,12 @@ class FourierOperator:
         return len(self.radial) + self.radial
 
     def rows(self, angles: Floats, stations: Floats = MIDDLE) -> tuple[Floats, Floats]:
-        """Return the matrices from coordinates to w and u at m points, (m, size) each.
+        """Return the matrices that give w and u at m points from the coordinates.
 
-        w is radial outward, u tangential with the angle.
+        They are (m, size) each; w is the radial displacement, outward, u the tangential
+        one, with the angle.
 
-        angles, stations : (m,), rad; (m,) or (1,), m, axial places
+        angles, stations : (m,), rad; (m,) or (1,), m, axial positions
         """
         angles = np.atleast_1d(np.asarray(angles, dtype=np.float64))
         phase = angles[:, None] * np.arange(1, self.harmonics + 1)
@@ -170,7 +185,9 @@ class FourierOperator:
         return out.ravel()
 
     def _in_the_middle(self, harmonic: int, *, sine: bool) -> Floats:
-        """Return the row (size,) from coordinates to an amplitude of w at zeta = 0.
+        """Return the row vector, (size,), that gives an amplitude of w at zeta = 0.
+
+        It is multiplied by the casing's coordinates.
 
         harmonic : h, of the radial displacement w in the casing's middle plane
         sine : whether the amplitude is that of sin(h theta), else of cos(h theta)
@@ -181,7 +198,9 @@ class FourierOperator:
         return row
 
     def waves(self) -> Floats:
-        """Return the matrices from coordinates to cos and sin amplitudes of w.
+        """Return the matrices that give cos and sin amplitudes of w from coordinates.
+
+        w is the radial displacement; the amplitudes are those of harmonics 0 .. H.
 
         Returns
         -------
@@ -195,18 +214,19 @@ class FourierOperator:
         return out
 
     def lobes(self, k: int) -> Floats:
-        """Return the loads (size,) of a radial pressure ~ cos(k theta) at zeta = 0.
+        """Return the loads of a pulse of k lobes on the coordinates, (size,).
 
-        They are forces on the casing's coordinates, scaled so that the generalized
-        force on the unit shape cos(k theta) is 1.
+        The pulse is a radial pressure ~ cos(k theta) at zeta = 0; loads are scaled so
+        that the generalized force on the unit shape cos(k theta) is 1.
         """
         return self._in_the_middle(k, sine=False)
 
 
 def harmonic_matrices(casing: Casing, radius: float, h: int) -> tuple[float, Floats]:
-    """Return mass and stiffness (m, K) of a ring's harmonic h in coordinates (W, U).
+    """Return mass and stiffness of a ring's harmonic h in its amplitudes (W, U).
 
-    From the energies of the element in `elements.curved`, integrated over the ring:
+    w = W cos(h theta), u = U sin(h theta). From the energies of the element in
+    `elements.curved`, integrated over the ring:
     K = a [EA/R^2 (W + hU)^2 + EI/R^4 (h^2 W + hU)^2 + k_f (W^2 + U^2)], m = a rho A,
     a = pi R, or 2 pi R for h = 0, where U is a uniform rotation. The second phase,
     w = W sin, u = -U cos, has the same matrices.
@@ -254,8 +274,9 @@ def fluegge(h: int, lam: float, k: float, poisson: float) -> Floats:
 def shell_matrices(
     casing: Casing, radius: float, h: int, p: int
 ) -> tuple[float, Floats]:
-    """Return (m, K) of a shell's harmonic h and axial function p, on (W, V, U).
+    """Return mass and stiffness of a shell's harmonic h and axial function p.
 
+    They act on the amplitudes (W, V, U) of radial, tangential and axial displacement.
     The foundation k_f = rho t omega_c1^2 acts on all three displacements. The second
     phase, w = W sin, v = -V cos, u = U sin, has the same matrices. For h = 0, V is the
     amplitude of a rotation, v = V sin(p pi x / L).

@@ -23,10 +23,15 @@ NODE = 4  # DoF per node: u, u', w, w'
 
 @dataclass(frozen=True)
 class RingOperator:
-    """Contact operator of a ring of elements.
+    """Contact operator of a casing that is a ring of curved elements.
 
     It gives the ring's displacements at angles and, transposed, the nodal loads of
     forces there: both use the same shape functions, and so are work-conjugate.
+
+    Attributes
+    ----------
+    elements : number of elements, and of nodes
+    radius : m, mean radius of the ring
     """
 
     elements: int
@@ -45,7 +50,7 @@ class RingOperator:
 
     @property
     def length(self) -> float:
-        """Arc length of an element, m."""
+        """Arc length of an element of the ring, m."""
         return 2 * np.pi * self.radius / self.elements
 
     def rows(self, angles: Floats, _: object = None) -> tuple[Floats, Floats]:
@@ -55,7 +60,7 @@ class RingOperator:
 
         Returns
         -------
-        (m, 4 elements) each: w radial outward, u tangential
+        (m, 4 elements) each: for w, radial outward, and for u, tangential
         """
         angles = np.atleast_1d(np.asarray(angles, dtype=np.float64))
         position = np.mod(angles, 2 * np.pi) / (2 * np.pi) * self.elements
@@ -85,19 +90,19 @@ class RingOperator:
         return np.asarray(shifted).ravel()
 
     def _points(self) -> tuple[Floats, Floats]:
-        """Return angles, rad, and weights, m, of the Gauss points of all elements.
+        """Return angles, rad, and weights, m, of all Gauss points, to integrate around.
 
-        The weights are arc lengths: they sum up to the circumference.
+        The weights are arc lengths: they sum up to the circumference of the ring.
         """
         edges = np.arange(self.elements)[:, None] + POINTS[None, :]
         angles = (edges * 2 * np.pi / self.elements).ravel()
         return angles, np.tile(WEIGHTS, self.elements) * self.length
 
     def waves(self) -> Floats:
-        """Return matrices from the DoF to amplitudes of w, (H + 1, 2, 4 elements).
+        """Return the matrices that give cos and sin amplitudes of w from the DoF.
 
-        They give the cos and sin amplitudes of harmonics 0 .. H = elements // 2 of the
-        radial displacement w, integrated by the elements' Gauss points.
+        Returns (H + 1, 2, 4 elements), of harmonics 0 .. H = elements // 2 of the
+        radial displacement w; integrals around the ring are sums over Gauss points
         """
         angles, weights = self._points()
         radial, out = self.rows(angles)[0], []
@@ -108,10 +113,10 @@ class RingOperator:
         return np.array(out)
 
     def lobes(self, k: int) -> Floats:
-        """Return the nodal loads (4 elements,) of a radial pressure ~ cos(k theta).
+        """Return the nodal loads of a pulse with k lobes, (4 elements,).
 
-        Loads are scaled so that the generalized force on the unit shape cos(k theta) is
-        1.
+        The pulse is a radial pressure ~ cos(k theta); loads are scaled so that the
+        generalized force on the unit shape cos(k theta) is 1.
         """
         angles, weights = self._points()
         shape = np.cos(k * angles)
@@ -120,7 +125,9 @@ class RingOperator:
 
 
 def ring(casing: Casing, radius: float) -> tuple[CyclicStructure, RingOperator]:
-    """Return the ring of mean radius `radius` (m) and its contact operator.
+    """Return a casing as a ring of curved elements: its matrices, its contact operator.
+
+    casing, radius : inputs of the casing; m, mean radius
 
     DoF of node j: (u, u', w, w'), u tangential with theta, w radial outward,
     static frame. The foundation k_f = rho A omega_c1^2 acts on u and w.

@@ -40,7 +40,7 @@ ROD, BEND = [0, 3], [1, 2, 4, 5]  # axial and bending DoF of a beam
 
 @dataclass(frozen=True)
 class Rotation:
-    """Matrices of the terms of rotation of a bladed disk, in its n DoF.
+    """The matrices and loads that rotation adds to a bladed disk, in its n DoF.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Rotation:
 
 @dataclass(frozen=True)
 class Member:
-    """A beam of a sector: its position, and the DoF that it couples.
+    """A beam of one sector of the bladed disk: its position, and the DoF it couples.
 
     Attributes
     ----------
@@ -82,7 +82,10 @@ class Member:
 
 
 def coriolis_of(length: float, section: Section) -> Floats:
-    """Return a beam's Coriolis matrix C (6, 6), kg, in the DoF of `elements.beam`."""
+    """Return a beam's Coriolis matrix C, (6, 6), kg, in the DoF of `elements.beam`.
+
+    length, section : length, m, and section of the beam
+    """
     out = np.zeros((6, 6))
     for xi, weight in zip(POINTS, WEIGHTS, strict=True):
         mass = section.density * section.at(xi)[0] * weight * length
@@ -94,9 +97,13 @@ def coriolis_of(length: float, section: Section) -> Floats:
 def loads_of(
     length: float, section: Section, start: tuple[float, float]
 ) -> tuple[Floats, Floats]:
-    """Return a beam's loads (6,), kg m: centrifugal F_c, and F_e of a changing speed.
+    """Return a beam's centrifugal load F_c, and its load F_e of a changing speed.
 
-    They are per unit Omega^2 and per unit of -dOmega/dt; start : see `Member`
+    Each is (6,), kg m: N per unit Omega^2 and N per unit of -dOmega/dt, on the DoF of
+    `elements.beam`.
+
+    start : (along, across), m, position of the first end from the centre of the disk,
+        in the beam's axes
     """
     load, swing = np.zeros(6), np.zeros(6)
     for xi, weight in zip(POINTS, WEIGHTS, strict=True):
@@ -111,9 +118,9 @@ def loads_of(
 
 
 def stiffening_of(length: float, section: Section, start: float, mean: float) -> Floats:
-    """Return the stress stiffness K_g (6, 6), kg, of a beam under an axial force.
+    """Return a beam's stress stiffness K_g, (6, 6), kg, under the centrifugal pull.
 
-    It is per unit Omega^2, in the DoF of `elements.beam`.
+    It is N/m per unit Omega^2, in the DoF of `elements.beam`.
 
     Parameters
     ----------
@@ -134,9 +141,9 @@ def stiffening_of(length: float, section: Section, start: float, mean: float) ->
 
 
 def members(rotor: Rotor) -> list[Member]:
-    """Return the beams of a sector: its spoke, its rim, then its blade from the root.
+    """Return the beams of a sector of a bladed disk: spoke, rim, blade elements.
 
-    A rotor of one blade has no rim.
+    The elements of the blade follow from root to tip; a rotor of one blade has no rim.
     """
     size = NODE * (rotor.elements + 1)
     root, after, hub = (
@@ -159,10 +166,11 @@ def members(rotor: Rotor) -> list[Member]:
 
 
 def tensions(parts: list[Member], size: int) -> Floats:
-    """Return the mean axial force of each beam of a sector, kg m: N per unit Omega^2.
+    """Return the mean axial force of each beam of a sector, (beams,), kg m.
 
-    The forces are those of the static response to the centrifugal load F_c, equal in
-    all sectors, with the centre held. Mistuning of the blades does not change them.
+    It is N per unit Omega^2, from the static response to the centrifugal load F_c,
+    equal in all sectors, with the centre held. Mistuning of the blades does not change
+    it.
 
     Parameters
     ----------
@@ -185,10 +193,10 @@ def tensions(parts: list[Member], size: int) -> Floats:
 
 
 def rotation_of(rotor: Rotor) -> Rotation:
-    """Return the terms of rotation (Coriolis, stiffening, loads) of a bladed disk.
+    """Return what rotation adds to a bladed disk: Coriolis, stiffening, loads.
 
-    They are in the DoF of `bladed_disk`. The loss of a blade does not change the
-    tension of disk and rim.
+    The matrices are in the DoF of `bladed_disk`. The loss of a blade does not change
+    the tension of disk and rim.
     """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     parts = members(rotor)
@@ -227,7 +235,9 @@ def rotation_of(rotor: Rotor) -> Rotation:
 def _added(
     parts: list[Member], forces: Floats, wide: int
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the terms C, K_g (wide, wide), F_c, F_e (wide,) of beams, see `Rotation`.
+    """Return the terms of rotation of one sector, sums over its beams.
+
+    They are C, K_g, (wide, wide), F_c, F_e, (wide,), see `Rotation`.
 
     parts : beams of a sector
     forces : (beams,), kg m, mean axial force of each beam per unit Omega^2

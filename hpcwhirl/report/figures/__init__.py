@@ -1,5 +1,8 @@
 """Figures of motions, many speeds, engines and Sobol' indices; `kinds` lists them.
 
+A line of cases is the numbers of cases that differ only in speed, in ascending order.
+A case's row is {name of result: value}.
+
 Figures over the speed: `frequency`, spectra of a tip and of the centre after revolution
 5, rotating frame, mm; `cascade`, full spectra of the centre, static frame, backward < 0
 < forward; `bifurcation`, position of the centre once a revolution; `interaction`, k

@@ -29,15 +29,17 @@ if TYPE_CHECKING:
 
 LOOKS = {"up": (">", "-"), "down": ("<", "--")}  # marker and line of a direction
 AT_REST = 1e-9  # mm, orbit radius drawn for a centre at rest
-SETTLED = 0.5  # last fraction of the followed motion, of which the orbit is drawn
-ROOM = 3.0  # ratio of the end of the axis of radii to the largest radius on the edge
+SETTLED = 0.5  # share of the edge's motion, at its end, whose orbit is drawn
+ROOM = 3.0  # end of the axis of radii / largest radius of the motion on the edge
 PANELS = 6  # largest number of panels: points of the sweep with the largest entropy
 
 
 def draw_branches(results: Results, line: list[int]) -> Any:
     """Return a figure of branches: words of their cases above, orbit radius below.
 
-    line : finished cases of one bundle of branches, see `analysis.branches.bundles_of`
+    Both are drawn over the input that varies along the branches.
+
+    line : numbers of the finished cases of all branches that share the other inputs
     """
     over, branches = branches_of(results, line)
     heights = [0.25 + 0.18 * len(branches), 2.0]
@@ -57,9 +59,11 @@ def draw_branches(results: Results, line: list[int]) -> Any:
 
 
 def _strip(axes: Any, row: int, branch: Branch) -> None:
-    """Draw the words of a branch as a row of marks, with a line where the word changes.
+    """Draw a mark for each case of a branch in the colour of its word, in one row.
 
-    row : y of the marks
+    A vertical line marks each change of word.
+
+    axes, row : panel of words over the varied input; y of the marks
     """
     marker, _ = _look(branch)
     for value, word in zip(branch.values, branch.words, strict=True):
@@ -83,7 +87,10 @@ def _look(branch: Branch) -> tuple[str, str]:
 
 
 def _legend(branches: list[Branch]) -> tuple[list[Any], list[str]]:
-    """Return (handles, labels) of the legend: words, directions, changes of word."""
+    """Return handles and labels of a legend of branches.
+
+    It explains words, directions and the mark of a change of word.
+    """
     words = dict.fromkeys(word for branch in branches for word in branch.words)
     marks = {word: ("o", SHOWN[word].colour) for word in words}
     marks |= {name: (look[0], "none") for name, look in LOOKS.items()}
@@ -96,9 +103,12 @@ def _legend(branches: list[Branch]) -> tuple[list[Any], list[str]]:
 
 
 def edge_figure(scene: Scene, found: Edge) -> Any:
-    """Return the figure of the motion on the edge between two basins of a scene.
+    """Return the figure of the unstable motion on the edge between two words.
 
-    It shows the orbit radius over time, and the orbit in the static frame.
+    It shows its orbit radius over time, with those of the two motions that leave the
+    edge, and its orbit in the static frame.
+
+    scene, found : scene of the motion; result of `hpcwhirl.edge`
     """
     figure, (axes, plane) = new_figure((11, 4.8), 1, 2, width_ratios=[1.4, 1.0])
     radius = np.hypot(*found.centre.T)
@@ -129,7 +139,9 @@ def edge_figure(scene: Scene, found: Edge) -> Any:
 def draw_fractions(
     data: xarray.Dataset, found: xarray.Dataset, out: Path
 ) -> list[Path]:
-    """Draw the share of starts that reach each attractor: basins.png, basins.svg.
+    """Draw the share of starts that end on each motion: basins.png, basins.svg.
+
+    Returns the paths of both files
 
     Parameters
     ----------
@@ -150,7 +162,7 @@ def draw_fractions(
 
 
 def draw_basins(results: Results, cases: list[int]) -> Any:
-    """Return the figure of all starts, coloured by the attractor that each one reaches.
+    """Return a map of all starts, each coloured by the attractor on which it ends.
 
     If two inputs differ between starts, these are the axes, and each point of the sweep
     has a panel, at most the six points with the largest entropy. If one input differs,
@@ -180,7 +192,10 @@ def draw_basins(results: Results, cases: list[int]) -> Any:
 
 
 def _most_mixed(data: xarray.Dataset, starts: Starts) -> xarray.Dataset:
-    """Return results with only the points of the sweep with the largest entropy."""
+    """Return results of only those points of a sweep whose starts end most differently.
+
+    They are the `PANELS` points of largest entropy.
+    """
     found = basins(data)
     if found.sizes["point"] <= PANELS or not varied(found):
         return data

@@ -22,15 +22,18 @@ from hpcwhirl.store.reading.results_file import Results
 BINS = 120  # number of cells along time and around the casing
 DECADES = 1e-3  # least impulse on the scale of colours, relative to the largest
 MICRO = 1e6  # micrometres in a metre
-MOST_ROWS = 400  # largest number of rows of the map, along time
+MOST_ROWS = 400  # largest number of times at which the worn depth is drawn
 
 
 def _shown(
     found: Touches, row: Mapping[str, Any], *, transient: bool
 ) -> tuple[float, Touches]:
-    """Return (beginning of the time shown, s; contacts in it); refuse if there is none.
+    """Return the contacts that a figure shows, and the time, s, at which it begins.
 
-    found, row, transient : contacts; results of the case; whether all times are shown
+    They are those in the window, or all; InputError if there is none.
+
+    found, row : contacts of the whole run; results of the case by name
+    transient : whether contacts before the window are shown, too
     """
     start = 0.0 if transient else row["end_time"] - row["window"]
     shown = found.time >= start
@@ -41,7 +44,11 @@ def _shown(
 
 
 def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of a case's contacts: which blade, where on the casing, when."""
+    """Return a figure of a case's contacts: which blade, where on the casing, when.
+
+    cases, case : results with traces; number of the case
+    transient : also show the time before the window
+    """
     traces, row = cases.traces(case), cases.rows[case]
     found = touches(traces["time"], traces["blade_impulse"], row["speed"])
     start, found = _shown(found, row, transient=transient)
@@ -63,9 +70,13 @@ def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def draw_chord(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return the figure of contact impulses over time, angle on the casing and chord.
+    """Return a figure of contact along the chord of tips with several contact points.
 
-    Three panels: point over time, point over angle, angle over time.
+    Colours show the normal impulse in three panels: contact point over time, contact
+    point over angle on the casing, angle over time.
+
+    cases, case : results with traces; number of the case
+    transient : also show the time before the window
     """
     traces, row = cases.traces(case), cases.rows[case]
     impulse = traces["point_impulse"]
@@ -95,9 +106,9 @@ def draw_chord(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def _label(panels: list[Any], station: Floats) -> None:
-    """Label three panels: point over time, point over angle, and angle over time.
+    """Label the axes of the three panels of `draw_chord`.
 
-    station : (n_c,), m, axial places of a tip's contact points
+    station : (n_c,), m, axial positions of a tip's contact points
     """
     along, around, over = panels
     for axes in (along, around):
@@ -111,11 +122,12 @@ def _label(panels: list[Any], station: Floats) -> None:
 
 
 def _map(figure: Any, axes: Any, place: tuple[NDArray[Any], ...], push: Floats) -> None:
-    """Draw in each cell of a panel the sum of its contacts' impulses.
+    """Draw a panel of cells coloured by the sum of the impulses of contacts in each.
 
     Parameters
     ----------
-    place : x of each contact, edges of the cells along x; y, edges along y
+    place : x of each contact; edges of the cells along x; y of each contact; edges
+        along y
     push : (contacts,), N s, impulse of each contact
     """
     x, of_x, y, of_y = place
@@ -128,7 +140,10 @@ def _map(figure: Any, axes: Any, place: tuple[NDArray[Any], ...], push: Floats) 
 
 
 def draw_wear(cases: Results, case: int) -> Any:
-    """Return the figure of a layer's worn depth over the angle, final and over time."""
+    """Return the figure of the worn depth of the casing's layer around the casing.
+
+    Above at the end of the run, below over time.
+    """
     traces, row = cases.traces(case), cases.rows[case]
     depth = MICRO * traces["worn"][:, : rods_of(cases.scene(case))]
     if not np.nan_to_num(depth[-1]).any():

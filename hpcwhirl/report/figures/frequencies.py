@@ -56,7 +56,7 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
 
     Parameters
     ----------
-    scene : engine and nodal diameter
+    scene : scene with the engine, and the nodal diameter k of the pulse
     speeds : (n,), rad/s, speeds of the campaign
     """
     case = resolve(scene)
@@ -87,18 +87,21 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
 
 
 def bands_in_hz(case: Case, span: Floats) -> dict[str, Floats]:
-    """Return {family: (2, n) least and largest frequency, Hz, over n speeds `span`}.
+    """Return the band of natural frequencies of each family of rotor modes over speed.
 
-    Only the families of `COLOURS`, see `bands_over`; span : rad/s
+    Returns {family: (2, n)}, Hz, rotating frame: the least and the largest frequency of
+    all nodal diameters at n speeds; only of the families that have a colour, `COLOURS`
+
+    span : (n,), rad/s, speeds
     """
     bands = bands_over(case, span)
     return {n: np.array(bands[n]) / (2 * np.pi) for n in COLOURS if n in bands}
 
 
 def _families(axes: Any, bands: Mapping[str, Floats], span: Floats) -> float:
-    """Draw the rotor's families as bands over all k; return the end of the axis, Hz.
+    """Draw the rotor's families as bands over the speed; return the axis' end, Hz.
 
-    bands : {family: (2, n), Hz}; span : (n,), rad/s
+    bands, span : result of `bands_in_hz`; (n,), rad/s, speeds
     """
     for name, band in bands.items():
         axes.fill_between(span, *band, color=COLOURS[name], lw=1.2,
@@ -108,7 +111,9 @@ def _families(axes: Any, bands: Mapping[str, Floats], span: Floats) -> float:
 
 
 def _of_centre(axes: Any, case: Case, span: Floats) -> float:
-    """Draw both waves of k = 1, which move the centre; return the axis' end, Hz.
+    """Draw frequencies of the waves of k = 1, which move the centre, over the speed.
+
+    Return the end of the frequency axis that they need, Hz.
 
     span : (n,), rad/s, speeds
     """
@@ -122,18 +127,20 @@ def _of_centre(axes: Any, case: Case, span: Floats) -> float:
 
 
 def _pair(axes: Any, span: Floats, pair: Any, told: Sequence[str], **look: Any) -> None:
-    """Draw two curves, `pair`, over the speed, solid and dashed.
+    """Draw two curves over the speed, the first solid, the second dashed.
 
-    span, told, look : (n,), rad/s; labels of the curves; keyword arguments of `plot`
+    span, pair : (n,), rad/s, speeds; (2, n), values of both curves
+    told, look : labels of the curves; keyword arguments of matplotlib's `plot`
     """
     for curve, line, label in zip(pair, ("-", "--"), told, strict=True):
         axes.plot(span, curve, line, label=label, **look)
 
 
 def _beside(axes: Any, span: Floats, pairs: Mapping[str, Any]) -> None:
-    """Draw a rotor's pairs of curves without the effects of rotation, dotted.
+    """Draw the rotor's frequencies without the effects of rotation, dotted.
 
-    span, pairs : (n,), rad/s; {family: two curves, (2, n)}
+    span : (n,), rad/s, speeds
+    pairs : {family: (2, n), two curves, in the unit of the axis}
     """
     told: str | None = "without effects of rotation"
     for name, pair in pairs.items():
@@ -143,9 +150,9 @@ def _beside(axes: Any, span: Floats, pairs: Mapping[str, Any]) -> None:
 
 
 def _at_speed(axes: Any, case: Case, most: float) -> None:
-    """Mark speeds where unbalance excites a wave, and where free motions grow.
+    """Mark speeds at which an unbalance excites a wave, and free motions begin to grow.
 
-    most : rad/s, end of the axis
+    most : rad/s, end of the axis of speeds
     """
     rotor = rotor_by_diameter(case.model)
     unstable = unstable_from(rotor, case.model.blades)
@@ -165,7 +172,7 @@ def engine_orders(
 ) -> None:
     """Draw engine orders n Omega / 2 pi, with n where each line leaves the axes.
 
-    span, top : (n,), rad/s, speeds; Hz, end of the axis
+    span, top : (n,), rad/s, speeds; Hz, end of the frequency axis
     colours : colour of the lines, and of their labels
     """
     for n in range(1, MOST_ORDERS + 1):
@@ -180,9 +187,11 @@ def engine_orders(
 
 
 def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
-    """Draw the casing's first wave of k lobes as the blades see it, both directions.
+    """Draw the frequency at which blades see a wave of the casing, over the speed.
 
-    table, span : modal table; (n,), rad/s, speeds
+    It is the casing's first wave of k lobes, once with and once against the rotation.
+
+    table, span : modal table of the engine; (n,), rad/s, speeds
     """
     first = first_family(table, "casing").get(k)
     if first is None:
@@ -218,7 +227,7 @@ def draw_stability(scene: Scene, speeds: Floats) -> Any:
 
     Parameters
     ----------
-    scene : engine
+    scene : scene with the engine
     speeds : (n,), rad/s, speeds of the campaign
     """
     case = resolve(scene)
@@ -246,7 +255,7 @@ def draw_stability(scene: Scene, speeds: Floats) -> Any:
 
 
 def draw_interaction(cases: Results, line: list[int]) -> Any:
-    """Return the interaction diagram: waves and regimes over the speed (Eq. 13).
+    """Return the interaction diagram: waves of both bodies and regimes over the speed.
 
     In the casing's frame, waves coincide where n omega_c = |k Omega +- omega_bd|. The
     strip below shows regimes. With full rotation omega_bd depends on the speed; waves
@@ -289,7 +298,9 @@ def draw_interaction(cases: Results, line: list[int]) -> Any:
 
 
 def _harmonics(axes: Any, first: float, orders: int) -> None:
-    """Draw the casing's +- n omega_c, n = 1 .. orders, for waves in both directions.
+    """Draw the casing's frequencies +- n omega_c as horizontal lines, n = 1 .. orders.
+
+    The signs stand for waves with and against the rotation.
 
     first : omega_c, rad/s, frequency of the casing's first mode
     """
@@ -302,11 +313,12 @@ def _harmonics(axes: Any, first: float, orders: int) -> None:
 
 
 def _crossings(axes: Any, case: Case, span: Floats, orders: int) -> None:
-    """Mark where waves of family 1F meet the casing's n omega_c, others only its n = 1.
+    """Mark the speeds at which waves of the rotor meet the casing's n omega_c.
 
-    With full rotation only coincidences of Eq. 13 and its super-harmonics are marked.
+    Waves of 1F are marked for n up to `orders`, those of other families for n = 1. With
+    full rotation only coincidences of Eq. 13 and its super-harmonics are marked.
 
-    span : (n,), rad/s, speeds; orders : the highest n
+    span : rad/s, speeds, of which the first and the last are the ends of the axis
     """
     table, k = modal_table(case.model), case.given.nodal_diameter
     casing = first_family(table, "casing")
@@ -334,9 +346,13 @@ def _marked(
     first: float,
     span: Floats,
 ) -> None:
-    """Mark a family's coincidences; write the first and the last critical speed.
+    """Mark coincidences of a family's waves with the casing's n omega_c.
 
-    seen, first, span : records of `coincidences`; omega_c, rad/s; speeds, rad/s
+    The first and the last critical speed (Eq. 13 or super-harmonic) get a label.
+
+    seen : coincidences to mark, see `analysis.critical.coincidences`
+    first : omega_c, rad/s
+    span : rad/s, speeds at the ends of the axis
     """
     named = [int(row["order"]) for row in seen if row["side"] == -1]
     told = {"label": "a wave meets ±n ω$_c$"} if family == "1F" else {}
@@ -358,15 +374,15 @@ def _marked(
 
 
 def _speed(speed: float) -> str:
-    """Return a speed, rad/s, as text with the unit that is shown."""
+    """Return a speed, rad/s, as text in the unit that the user chose for speeds."""
     unit, factor = shown_in("rad/s")
     return f"{factor * speed:.0f} {unit}"
 
 
 def heading(cases: Results, line: list[int]) -> str:
-    """Return a title with the inputs that the cases of a line share.
+    """Return the title of a figure over the speed: the inputs that its cases share.
 
-    line : numbers of cases that differ only in speed
+    cases, line : results; numbers of cases that differ only in speed
     """
     row = cases.rows[line[0]]
     shared = ("nodal_diameter", "gap", "friction")
@@ -375,7 +391,7 @@ def heading(cases: Results, line: list[int]) -> str:
 
 
 def shown_word(row: dict[str, Any]) -> str:
-    """Return the word, such as "damped", by which figures show a finished case.
+    """Return the word, such as "damped", whose colour a case has in figures.
 
     row : results of the case by name
     """
@@ -383,9 +399,13 @@ def shown_word(row: dict[str, Any]) -> str:
 
 
 def regime_legend(figure: Any, cases: Results, line: list[int], *panels: Any) -> None:
-    """Add a legend below a figure: panels' labels, colours of regimes that occur.
+    """Add a legend below a figure over the speed.
 
-    line : numbers of the cases
+    It explains the labelled curves of the panels and the colours of the words that
+    occur.
+
+    cases, line : results; numbers of the cases shown
+    panels : axes whose labelled curves are listed
     """
     found = {shown_word(cases.rows[i]) for i in line}
     keys = [
@@ -402,7 +422,9 @@ def rotating_top(cases: Results, line: Sequence[int]) -> float:
     """Return the end, Hz, of the frequency axis of spectra in the rotating frame.
 
     The end lies above the suspension and both bending families of the blades, but not
-    above the Nyquist frequency. line : numbers of the cases
+    above the Nyquist frequency.
+
+    cases, line : results; numbers of the cases shown
     """
     table = modal_table(resolve(cases.scene(line[0])).model)
     own = [m.frequency_hz for m in table if m.body == "rotor" and m.family in FAMILIES]
@@ -410,10 +432,12 @@ def rotating_top(cases: Results, line: Sequence[int]) -> float:
 
 
 def centre_top(cases: Results, line: Sequence[int]) -> float:
-    """Return the end, rad/s, of a cascade's axis for the centre in the static frame.
+    """Return the end, rad/s, of the frequency axis of the centre's spectra.
 
-    The axis covers omega_bd +- Omega of nodal diameter 1, which moves the centre, and
-    Omega. line : numbers of the cases
+    In the static frame, the axis covers omega_bd +- Omega of nodal diameter 1, which
+    moves the centre, and Omega.
+
+    cases, line : results; numbers of the cases shown
     """
     table = modal_table(resolve(cases.scene(line[0])).model)
     own = [
@@ -427,9 +451,9 @@ def centre_top(cases: Results, line: Sequence[int]) -> float:
 
 
 def nyquist(cases: Results, line: Sequence[int]) -> float:
-    """Return the lowest Nyquist frequency of the traces of some cases, Hz.
+    """Return the lowest Nyquist frequency of the stored traces of some cases, Hz.
 
-    line : numbers of the cases
+    cases, line : results; numbers of the cases
     """
     return 0.5 / float(max(cases.rows[i]["sample_interval"] for i in line))
 
@@ -437,7 +461,11 @@ def nyquist(cases: Results, line: Sequence[int]) -> float:
 def wave_limits(own: Waves, k: int, span: Floats) -> tuple[float, float]:
     """Return the ends of the frequency axis of an interaction diagram, rad/s.
 
-    own, k, span : {family: frequencies of its two waves}; nodal diameter; speeds
+    Parameters
+    ----------
+    own : {family: frequencies of its two waves over the speed, rad/s, static frame}
+    k : nodal diameter
+    span : rad/s, speeds at the ends of the other axis
     """
     waves = [*own.values()]
     ends = np.concatenate([np.ravel(w) for w in waves]) if waves else k * span
@@ -447,9 +475,11 @@ def wave_limits(own: Waves, k: int, span: Floats) -> tuple[float, float]:
 
 
 def highest_order(first: float, limits: tuple[float, float]) -> int:
-    """Return the number of harmonics n omega_c within limits, at least 1.
+    """Return how many multiples n omega_c of the casing's frequency fit into an axis.
 
-    first, limits : omega_c; ends of the axis; rad/s
+    At least 1.
+
+    first, limits : omega_c, rad/s; ends of the axis, rad/s
     """
     if first <= 0.0:
         return 1

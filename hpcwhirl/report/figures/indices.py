@@ -1,4 +1,7 @@
-"""Figures of Sobol' indices and their intervals: bars, or lines over many points."""
+"""Figures of Sobol' indices and their confidence intervals, for each drawn input.
+
+They are bars, or lines over a swept input if the sweep has many points.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ HIGH = 0.38  # height of a bar, in rows
 
 
 def title_of(quantity: str) -> str:
-    """Return a quantity's name as a title; for a regime P(name), its probability."""
+    """Return the title of a quantity's panel: its name, or P(regime), a probability."""
     return f"P({quantity})" if quantity in REGIMES else quantity.replace("_", " ")
 
 
@@ -67,7 +70,9 @@ def draw_sensitivity(
 
 
 def _is_told(one: xarray.Dataset) -> bool:
-    """Return whether a quantity varies and has indices from enough draws.
+    """Return whether a quantity has Sobol' indices, so that a figure can show them.
+
+    It has none if it does not vary, or there were too few draws.
 
     one : result of `sensitivity` for one quantity
     """
@@ -75,7 +80,7 @@ def _is_told(one: xarray.Dataset) -> bool:
 
 
 def _heading(data: xarray.Dataset, found: xarray.Dataset) -> str:
-    """Return the heading of a figure of indices: engine and number of draws."""
+    """Return the heading of a figure of Sobol' indices: engine, number of draws."""
     least, most = int(found["draws"].min()), int(found["draws"].max())
     draws = f"{least}" if least == most else f"{least} to {most}"
     dropped = int(found["dropped"].max())
@@ -86,7 +91,7 @@ def _heading(data: xarray.Dataset, found: xarray.Dataset) -> str:
 def _bars(data: xarray.Dataset, found: xarray.Dataset, over: list[str]) -> Any:
     """Draw Sobol' indices as bars: a row of panels for each point, one per quantity.
 
-    found, over : result of `sensitivity`; the input by which points differ, if any
+    found, over : result of `sensitivity`; swept input by which points differ, if any
     """
     names, count = found["quantity"].values.tolist(), found.sizes["input"]
     points = found.sizes["point"]
@@ -110,7 +115,10 @@ def _bars(data: xarray.Dataset, found: xarray.Dataset, over: list[str]) -> Any:
 
 
 def _panel(axes: Any, one: xarray.Dataset) -> None:
-    """Draw the bars, one per input, of a quantity's indices at a point of the sweep."""
+    """Draw a quantity's Sobol' indices at a point of the sweep, bars for each input.
+
+    one : result of `sensitivity` for this quantity and point
+    """
     at = np.arange(one.sizes["input"])
     for place, (order, told) in enumerate(ORDERS.items()):
         value, away = _ends(one, order)
@@ -122,9 +130,11 @@ def _panel(axes: Any, one: xarray.Dataset) -> None:
 
 
 def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
-    """Return indices of m inputs, (m,), and the lengths (2, m) of their error bars.
+    """Return Sobol' indices of m inputs, (m,), and the lengths of error bars, (2, m).
 
-    order : "first" or "total"; the bars end with the 95 % intervals
+    Error bars show the 95 % intervals.
+
+    one, order : result of `sensitivity` for one quantity; "first" or "total"
     """
     value, low, high = (
         one[f"{order}{end}"].to_numpy() for end in ("", "_low", "_high")
@@ -133,7 +143,10 @@ def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
 
 
 def _note(axes: Any, one: xarray.Dataset) -> None:
-    """Write in the panel of a quantity without indices why it has none."""
+    """Write into a quantity's panel why it has no Sobol' indices, if it has none.
+
+    one : result of `sensitivity` for the quantity
+    """
     if not np.isfinite(one["first"]).any():
         why = "does not vary" if int(one["draws"]) else "no draws left"
         axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", va="center",

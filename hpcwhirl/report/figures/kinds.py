@@ -44,12 +44,14 @@ class Kind:
 
     Attributes
     ----------
-    draw : function (results, line or case) -> figure
-    needs : traces that the figure requires
-    of : what a figure shows: a case; a line of cases that differ only in speed; the
-        branches that share all other inputs; or the engine (one figure)
+    draw : function that returns a figure from results and the number of a case, or the
+        numbers of several cases
+    needs : names of the traces that the figure requires
+    of : what one figure shows: "case"; "speeds", cases that differ only in speed;
+        "branches", all branches that share the other inputs; "engine", the campaign
     asked : whether figures of this kind are drawn only if the user names the kind
-    speed : which speed and gap a case must have: any, constant, or changing in time
+    speed : whether speed and gap of a case must be "constant" or "changing" in time; or
+        "any"
     """
 
     draw: Callable[..., Any]
@@ -60,7 +62,7 @@ class Kind:
 
     @property
     def transient(self) -> bool:
-        """Whether `draw` has the option `transient`: show times before the window."""
+        """Whether the figure can also show the time before the window."""
         return "transient" in inspect.signature(self.draw).parameters
 
 
@@ -69,7 +71,10 @@ def _shapes(results: Results, line: list[int]) -> Any:
 
 
 def _over_speed(draw: Callable[..., Any]) -> Callable[..., Any]:
-    """Turn a function of (scene, speeds) into one of (results, line of cases)."""
+    """Make a `Kind.draw` from a function of a scene and speeds, such as a Campbell one.
+
+    draw : function from a scene and the campaign's speeds, rad/s, to a figure
+    """
 
     def drawn(results: Results, line: list[int]) -> Any:
         return draw(results.scene(line[0]), results["speed"][results.finished()])
@@ -124,9 +129,9 @@ def draw_figures(
     ----------
     results : results of a campaign
     out : directory of the figures
-    kinds : names of `KINDS`; None: all that suit the campaign and whose `Kind.asked` is
-        false
-    only : cases for which figures of one case are drawn; None: all finished cases
+    kinds : names of kinds of figures, keys of `KINDS`; None: all that suit the campaign
+        and are drawn without being named
+    only : numbers of the cases to show; None: all finished cases
     transient : also show the time before the window
     units : units in titles and on axes, see `scene.units.showing`
     """
@@ -147,7 +152,10 @@ def draw_figures(
 
 
 def cases_at(results: Results, settings: list[str]) -> list[int]:
-    """Return the finished cases with the values in ``NAME=V``, the `settings`."""
+    """Return the numbers of the finished cases that --at selects.
+
+    settings : texts ``NAME=V`` of the option, such as "friction=0.1"
+    """
     found = where(settings, {name: results[name] for name in swept_of(results)})
     chosen = set(np.flatnonzero(found).tolist()) if found is not None else set()
     finished = sorted(chosen & set(results.finished()))
@@ -159,7 +167,7 @@ def cases_at(results: Results, settings: list[str]) -> list[int]:
 
 
 def _default_kinds(results: Results) -> list[str]:
-    """Return the kinds of figures that are drawn if the user names none."""
+    """Return the names of the kinds of figures to draw if the user names none."""
     return [
         name
         for name, kind in KINDS.items()
@@ -174,7 +182,10 @@ def _has_branches(results: Results) -> bool:
 
 
 def _check(results: Results, only: list[int] | None) -> None:
-    """Raise InputError if no case is finished, or one of the cases `only` is not."""
+    """Raise InputError if no case is finished, or a case that the user named is not.
+
+    only : numbers of the cases that the user named; None: none
+    """
     whole = results.finished()
     if not whole:
         raise InputError(f"{results.path} has no finished case: nothing to draw")
@@ -185,7 +196,7 @@ def _check(results: Results, only: list[int] | None) -> None:
 
 
 def _lacking(results: Results, kind: Kind) -> str:
-    """Return why a campaign cannot have a kind of figure, "" if it can."""
+    """Return why a campaign cannot have a kind of figure, as text; "" if it can."""
     if kind.of == "branches" and not _has_branches(results):
         return "needs a campaign with a table [branch]"
     if kind.speed == "constant" and changes_in_time(results.plan):
@@ -218,9 +229,12 @@ def _with_traces(results: Results, kind: Kind, cases: list[int]) -> list[int]:
 def _wanted(
     results: Results, kind: Kind, only: list[int] | None
 ) -> dict[str, Any] | str:
-    """Return {end of the file's name: line or case to draw}, or why nothing is drawn.
+    """Return the figures of a kind that are to be drawn, or why none is, for the user.
 
-    only : cases that the user named; None: all
+    Returns {end of the figure's file name: number of the case, or numbers of the cases,
+    that it shows}
+
+    only : numbers of the cases that the user named; None: all
     """
     finished = only or results.finished()
     if kind.of == "engine":
@@ -250,7 +264,7 @@ def _drawn(
 ) -> Path | str:
     """Draw a figure of the kind `name`; return its path, or why it was not drawn.
 
-    of : what it shows: a case, or the cases of a speed series, see `Kind.of`
+    name, of : key of `KINDS`; number of the case, or numbers of the cases, to show
     """
     kind = KINDS[name]
     if kind.of != "engine":

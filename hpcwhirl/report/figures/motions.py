@@ -28,22 +28,27 @@ WINDOW = "window of the words"  # not "steady state": also drawn for divergent o
 def rotating(traces: Mapping[str, Floats], speed: float) -> Floats:
     """Return the centre's motion in the rotating frame, (n, 2), m; inverse of Eq. (12).
 
-    traces, speed : `time` and `centre` in the static frame; Omega, rad/s
+    traces : {name of trace: its samples}, with `time` and, in the static frame,
+        `centre`
+    speed : Omega, rad/s
     """
     z = traces["centre"] @ np.array([1.0, 1j]) * np.exp(-1j * speed * traces["time"])
     return np.column_stack([z.real, z.imag])
 
 
 def in_window(time: Floats, row: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """Return whether each of n samples lies in the window that decides words, (n,).
+    """Return which samples lie in the window that decides a case's words, (n,).
 
-    row : results of the case by name
+    time, row : (n,), s, times of the samples; results of the case by name
     """
     return np.asarray(time > row["end_time"] - row["window"])
 
 
 def unit_of(largest: float) -> tuple[float, str]:
-    """Return (factor from m, unit) in which to show lengths of at most `largest`, m."""
+    """Return a unit that suits lengths up to `largest`, m, and the factor from m to it.
+
+    Returns (factor, unit), such as (1e3, "mm")
+    """
     for factor, unit in ((1e3, "mm"), (1e6, "µm"), (1e9, "nm")):
         if largest * factor >= 0.1:
             return factor, unit
@@ -51,11 +56,13 @@ def unit_of(largest: float) -> tuple[float, str]:
 
 
 def draw_orbits(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of the centre's orbit in the window, in one or two frames.
+    """Return a figure of the centre's orbit in the window.
+
+    It shows the static frame and, at a constant speed and gap, the rotating frame.
 
     Parameters
     ----------
-    cases, case : results with traces, and the number of a case
+    cases, case : results with traces; number of the case
     transient : also draw the time before the window
     """
     return orbits_of(cases.traces(case), cases.rows[case], transient=transient)
@@ -64,9 +71,11 @@ def draw_orbits(cases: Results, case: int, *, transient: bool = False) -> Any:
 def orbits_of(
     traces: Mapping[str, Floats], row: Mapping[str, Any], *, transient: bool = False
 ) -> Any:
-    """Return the figure of `draw_orbits` from the traces of a case.
+    """Return a figure of the centre's orbit from traces that are not in a file.
 
+    traces : {name of trace: its samples} of the case, with `time` and `centre`
     row : results of the case by name
+    transient : also draw the time before the window
     """
     frames = {"static": (traces["centre"], "$X_o$", "$Y_o$")}
     if "words_over_speed" not in row:  # at a changing speed the angle is not Omega t
@@ -84,9 +93,12 @@ def orbits_of(
 
 
 def is_coarse(path: Floats) -> bool:
-    """Return whether lines between n samples of a path would look like polygons.
+    """Return whether a path is sampled so coarsely that lines would look like polygons.
 
-    At most of its samples the path (n, 2) then turns by over `TURNED`.
+    At most of its samples the path then turns by more than `TURNED`; a figure marks its
+    samples by dots.
+
+    path : (n, 2), positions
     """
     steps = np.diff(path @ np.array([1.0, 1j]))
     steps = steps[np.abs(steps) > 0.0]
@@ -98,7 +110,7 @@ def is_coarse(path: Floats) -> bool:
 def draw_orbit(
     axes: Any, path: Floats, late: NDArray[np.bool_], gap: float, *, transient: bool
 ) -> None:
-    """Draw an orbit; label the axes with the unit of length chosen for the orbit.
+    """Draw the centre's orbit into a panel, with a unit that suits its size.
 
     The circle of the gap is left out if it is over 20 times larger than the orbit.
 
@@ -126,7 +138,10 @@ def draw_orbit(
 
 
 def draw_contributions(cases: Results, case: int) -> Any:
-    """Return a figure of |q_k| over time: 1F, 2F, suspension (Figs. 10, 12, 14)."""
+    """Return a figure of modal amplitudes |q_k| over time, for each nodal diameter k.
+
+    Panels show the families 1F, 2F and suspension (the paper's Figs. 10, 12, 14).
+    """
     traces, row = cases.traces(case), cases.rows[case]
     amplitude = family_amplitudes(
         traces["tips"],
@@ -154,7 +169,10 @@ def draw_contributions(cases: Results, case: int) -> Any:
 
 
 def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
-    """Draw amplitudes |q_k| (n, diameters) over time; thick lines for k = 0 and 1."""
+    """Draw modal amplitudes |q_k| of a family over time; thick lines for k = 0 and 1.
+
+    time, amplitude : (n,), s; (n, diameters), m sqrt(kg)
+    """
     step = max(1, len(time) // MOST_POINTS)
     colours = colormaps["viridis"](np.linspace(0, 0.9, amplitude.shape[1]))
     for k in reversed(range(amplitude.shape[1])):
@@ -164,9 +182,10 @@ def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
 
 
 def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of the centre's Poincaré section, static frame.
+    """Return a figure of the centre's Poincaré section: its position once a revolution.
 
-    It shows the position once a revolution.
+    cases, case : results with traces; number of the case
+    transient : also show the time before the window
     """
     traces, row = cases.traces(case), cases.rows[case]
     late = in_window(traces["time"], row) | transient
@@ -184,9 +203,9 @@ def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def _motion(row: Mapping[str, Any]) -> str:
-    """Return the word of a case's motion, and its period, if it has one.
+    """Return the word of a case's motion for a title: ": periodic, 3 revolutions".
 
-    It is "" without `output.chaos`; row : results of the case by name
+    It is "" for a case without `output.chaos`; row : results of the case by name
     """
     if row.get("motion", "none") == "none":
         return ""
@@ -195,7 +214,7 @@ def _motion(row: Mapping[str, Any]) -> str:
 
 
 def draw_ledger(cases: Results, case: int) -> Any:
-    """Return the figure of a case's energy inputs and losses over time."""
+    """Return a figure of a case's energy, energy inputs and losses over time."""
     traces, row = cases.traces(case), cases.rows[case]
     step = max(1, len(traces["time"]) // MOST_POINTS)
     time = traces["time"][::step]
@@ -229,14 +248,16 @@ def draw_ledger(cases: Results, case: int) -> Any:
 def draw_case(
     folder: Path, traces: Mapping[str, Floats], row: Mapping[str, Any]
 ) -> list[Path]:
-    """Draw orbit.png and traces.png of one run and return their paths.
+    """Draw orbit.png and traces.png of one run, for `hpcwhirl run --plot`.
+
+    Returns their paths
 
     Parameters
     ----------
     folder : directory of the figures
     traces : `time` (n,), s; `centre` (n, 2), m, static frame; `energy`, `fed`,
         `lost` (n,), J; perhaps `tips` (n, N, 2), m
-    row : results of the case, by the names of `ROW`
+    row : results of the case by name
     """
     (orbit, axes), late = new_figure((6, 6)), in_window(traces["time"], row)
     draw_orbit(axes, traces["centre"], late, row["gap"], transient=True)
@@ -249,7 +270,10 @@ def draw_case(
 
 
 def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
-    """Return a figure over time: centre, energies, and largest tip motion if stored."""
+    """Return a figure of a run over time: centre, energies, largest tip motion.
+
+    traces, row : parameters of `draw_case`; without `tips` the last panel is left out
+    """
     tips = traces.get("tips")
     panels = 3 if tips is not None else 2
     figure, axes = new_figure((9, 2.6 * panels), panels, sharex=True)

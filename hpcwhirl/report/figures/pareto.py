@@ -1,4 +1,9 @@
-"""Cost against accuracy of settings: table, Pareto front and figure."""
+"""Cost against accuracy of solver settings: table, Pareto front and figure.
+
+They show what `hpcwhirl tradeoff` has measured on several scenes: each setting, such as
+a scheme or a time step, is compared with a reference of high accuracy. The facts of a
+measurement are the data that it writes to its JSON file.
+"""
 
 from __future__ import annotations
 
@@ -26,17 +31,17 @@ SMALLEST = 1e-7  # smallest error that the figure shows
 
 @dataclass(frozen=True)
 class Row:
-    """Cost and accuracy of a setting of the solver, over all scenes.
+    """Cost and accuracy of one setting of the solver, over all scenes of a measurement.
 
     Attributes
     ----------
-    axis, label : name of what is varied, and name of the setting
-    cost : ratio of the computing time of all scenes to that with their own settings
-    spread : range of the times of repeats, divided by their median
+    axis, label : what is varied, such as the scheme; name of the setting
+    cost : computing time of all scenes / that with the settings in their files
+    spread : range of the computing times of repeats, divided by their median
     agree, runs : number of runs with the words of the reference, and of all runs
     errors : {variable: (median over the scenes, largest)}, relative errors
-    score : median over the scenes of the largest error of each scene
-    ledger : largest |ledger_error|
+    score : median over the scenes of the largest relative error of each scene
+    ledger : largest |ledger_error| of any run
     refused : messages of scenes that do not allow the setting
     unstable : whether a run was unstable
     front : whether the setting is on the Pareto front: no other setting is at least as
@@ -58,11 +63,12 @@ class Row:
 
 
 def table_of(facts: Facts) -> list[Row]:
-    """Return a `Row` for each setting, in the order in which they were tried.
+    """Return cost and accuracy of each setting, in the order in which they were tried.
 
     Parameters
     ----------
-    facts : from `benchmark.tradeoff.Tradeoff.facts`; the first setting is "as given"
+    facts : data of a measurement, from `benchmark.tradeoff.Tradeoff.facts`; the first
+        setting is "as given", that in the scenes' files
     """
     found: dict[tuple[str, str], list[Facts]] = {}
     for row in facts["compared"]:
@@ -120,24 +126,26 @@ def front_of(rows: Sequence[Row]) -> list[Row]:
 
 
 def floor_row(facts: Facts) -> dict[str, tuple[float, float]]:
-    """Return {variable: (median, largest)} of relative differences between twins.
+    """Return how much results differ by chance alone: between twins of one setting.
 
-    They show how much results differ by chance alone, over all scenes.
+    Returns {variable: (median over the scenes, largest)}, relative differences
+
+    facts : data of a measurement
     """
     return _spread_of(list(facts["floors"].values()))
 
 
 def _spread_of(found: Sequence[Mapping[str, float]]) -> dict[str, tuple[float, float]]:
-    """Return {variable: (median, largest)} over scenes.
+    """Return median and largest number over scenes, {variable: (median, largest)}.
 
-    found : {variable: number} of each scene
+    found : {variable: number} of each scene; a scene may lack a variable
     """
     values = {n: [own[n] for own in found if n in own] for n in COLUMNS}
     return {n: (float(np.median(v)), max(v)) for n, v in values.items() if v}
 
 
 def percent(value: float) -> str:
-    """Return a ratio as text in per cent, with two digits."""
+    """Return a ratio as text in per cent with two digits, such as "1.2 %"."""
     if not math.isfinite(value):
         return "—"
     return "0" if value == 0.0 else f"{100 * value:.2g} %"
@@ -151,7 +159,10 @@ def _cells(errors: Mapping[str, tuple[float, float]]) -> list[str]:
 
 
 def markdown(facts: Facts) -> str:
-    """Return the table of settings in Markdown, those on the Pareto front in bold."""
+    """Return the table of settings as Markdown, those on the Pareto front in bold.
+
+    facts : data of a measurement
+    """
     rows, kinds = table_of(facts), len(facts["words"])
     names = " | ".join(COLUMNS.values())
     lines = [
@@ -184,7 +195,12 @@ def markdown(facts: Facts) -> str:
 
 
 def draw_tradeoff(facts: Facts, path: Path) -> Path:
-    """Draw error over cost of settings, the Pareto front and twins; return the path."""
+    """Draw error over cost of all settings, with the Pareto front; return the path.
+
+    A dotted line shows the difference between twins, which chance alone makes.
+
+    facts, path : data of a measurement; file to write
+    """
     rows = [row for row in table_of(facts) if row.runs and row.axis != "duration"]
     figure, axes = new_figure((9, 6))
     for name in dict.fromkeys(row.axis for row in rows):

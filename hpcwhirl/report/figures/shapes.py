@@ -1,4 +1,4 @@
-"""Shapes of the first family of modes, of the rotor and of the casing around it."""
+"""Figures of mode shapes: the rotor's first family, 1F, and the casing around it."""
 
 from __future__ import annotations
 
@@ -64,7 +64,10 @@ def draw_shapes(
 
 
 def draw_shapes_of(scene: Scene) -> Any:
-    """Return the figure of 1F mode shapes of a scene whose blades are all equal."""
+    """Return the figure of the mode shapes of 1F of a scene's rotor and casing.
+
+    The blades must all be equal; else InputError.
+    """
     rotor = scene.engine.rotor
     if scene.engine.file or rotor.is_uneven or rotor.blades < MIN_BLADES:
         msg = f"shapes need equal blades, {MIN_BLADES} at least, and no rotor from file"
@@ -73,10 +76,12 @@ def draw_shapes_of(scene: Scene) -> Any:
 
 
 def _shape(axes: Any, rotor: Rotor, shape: Floats) -> None:
-    """Draw a mode shape (n,): blades, disk, and their positions at rest.
+    """Draw a mode shape of the rotor: blades, disk, and their positions at rest.
 
     Blades are drawn through their nodes; the disk as spokes from the centre to the
     roots, and as a rim from root to root.
+
+    rotor, shape : inputs of the rotor; (n,), displacements in all its DoF
     """
     size = NODE * (rotor.elements + 1)
     motion = shape[: size * rotor.blades].reshape(rotor.blades, -1, NODE)

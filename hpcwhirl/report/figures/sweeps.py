@@ -46,20 +46,21 @@ FEW_TURNS = 50  # revolutions, up to which dots are larger
 PLAIN = 10.0  # largest |work / losses| up to which the axis is linear
 DECADES = 4.0  # decades of amplitude shown below the largest one
 AT_REST = 1e-9  # mm, amplitude up to which a structure counts as at rest
-COLUMNS = 120  # largest number of spectra
-TURNS = 8.0  # revolutions at the mean speed that each spectrum covers
-FEWEST = 32  # least number of samples of a spectrum
+COLUMNS = 120  # largest number of spectra in a waterfall
+TURNS = 8.0  # revolutions at the mean speed that each spectrum of a waterfall covers
+FEWEST = 32  # least number of samples of a spectrum of a waterfall
 STRIP = 0.05  # height of the strip of words, over that of the axes
 
 
 def _mesh(
     axes: Any, speeds: Floats, edges: Floats, amplitude: Floats, least: float = 0.0
 ) -> Any:
-    """Draw amplitudes (m, speeds), mm, in colours over speed and frequency.
+    """Draw amplitudes of spectra in colours over speed and frequency.
 
-    If no amplitude exceeds `least`, a text says that the structure is at rest.
+    If no amplitude exceeds `least`, mm, a text says that the structure is at rest.
 
-    edges : (m + 1,), edges of the m cells along the frequency
+    speeds, edges : rad/s; (m + 1,), edges of the m cells along the frequency
+    amplitude : (m, speeds), mm
     """
     largest = float(np.nanmax(amplitude, initial=0.0))
     if largest <= least:
@@ -76,10 +77,11 @@ def _mesh(
 def frequency_spectra(
     cases: Results, line: list[int]
 ) -> dict[str, list[tuple[Floats, Floats]]]:
-    """Return {"tip": spectra, "centre": spectra}, (Hz, m) of each case of a line.
+    """Return spectra of a tip and of the centre for each case of a line.
 
-    Spectra are of the tangential displacement of blade 0's tip and of x_o, both after
-    revolution 5 and in the rotating frame.
+    Returns {"tip": [(Hz, m) of each case], "centre": ...}: frequencies and amplitudes
+    of the tangential displacement of blade 0's tip and of x_o, both after revolution 5
+    and in the rotating frame
 
     Parameters
     ----------
@@ -102,7 +104,12 @@ def frequency_spectra(
 
 
 def draw_frequency(cases: Results, line: list[int], title: str = "") -> Any:
-    """Return speed-frequency maps of a tip and of the centre (Figs. 6 and 7)."""
+    """Return a figure of spectra of a tip and of the centre over the speed.
+
+    Colours show the amplitude over speed and frequency (the paper's Figs. 6 and 7).
+
+    cases, line : results; numbers of cases that differ only in speed
+    """
     speeds = np.array([cases.rows[i]["speed"] for i in line])
     spectra = frequency_spectra(cases, line)
     figure, panels = new_figure((11, 4.6), 1, 2)
@@ -130,8 +137,10 @@ def draw_frequency(cases: Results, line: list[int], title: str = "") -> Any:
 def _interactions(axes: Any, case: Case, edges: Floats, top: float) -> None:
     """Draw engine orders and natural frequencies omega(Omega) over a tip's spectra.
 
-    Dashed lines bound each family's band over nodal diameters, see `bands_in_hz`. With
-    full rotation, waves of unequal sectors have no nodal diameter, so no bands.
+    Dashed lines bound the natural frequencies of each family over nodal diameters. With
+    full rotation, waves of unequal sectors have no nodal diameter, so no such lines.
+
+    edges, top : rad/s, edges of the cells along the speed; Hz, end of the axis
     """
     span = np.linspace(edges[0], edges[-1], POINTS)
     engine_orders(axes, span, top, ("#ffffff", "#ffffff"))
@@ -146,7 +155,13 @@ def _interactions(axes: Any, case: Case, edges: Floats, top: float) -> None:
 
 
 def draw_cascade(cases: Results, line: list[int], *, transient: bool = False) -> Any:
-    """Return the cascade of the centre's full spectra in the window, static frame."""
+    """Return a cascade: the centre's full spectra in the window over the speed.
+
+    Colours show the amplitude; static frame, backward < 0 < forward.
+
+    cases, line : results; numbers of cases that differ only in speed
+    transient : also use the time before the window
+    """
     top = centre_top(cases, line)
     edges = np.linspace(-top, top, 401)
     speeds = np.array([cases.rows[i]["speed"] for i in line])
@@ -175,7 +190,13 @@ def draw_cascade(cases: Results, line: list[int], *, transient: bool = False) ->
 def draw_bifurcation(
     cases: Results, line: list[int], *, transient: bool = False
 ) -> Any:
-    """Return a figure over the speed: X_o and |Z| once a revolution in the window."""
+    """Return a bifurcation diagram: the centre's position once a revolution over speed.
+
+    Panels show X_o and |Z|, static frame, in the window.
+
+    cases, line : results; numbers of cases that differ only in speed
+    transient : also show the time before the window
+    """
     figure, (upper, lower) = new_figure((10, 6), 2, sharex=True)
     for case in line:
         traces, row = cases.traces(case), cases.rows[case]
@@ -200,7 +221,9 @@ def draw_bifurcation(
 
 
 def draw_growth(cases: Results, line: list[int]) -> Any:
-    """Return a figure of growth rates, measured and linear, and of energy input.
+    """Return a figure over the speed of growth rates, measured and by linear theory.
+
+    The panel below shows the energy input over the losses.
 
     Linear theory holds the contacts of nodal diameter k closed, or replaces them by
     springs of the stiffness with which motion grows fastest; only roots with |omega| <
@@ -238,9 +261,12 @@ def _linear(cases: Results, case: int) -> dict[str, float]:
 
 
 def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
-    """Draw the works of friction and of transport of contacts, divided by the losses.
+    """Draw the energy that contact feeds in the window over the speed.
 
-    rows : results of the cases, in their windows, by name
+    It is the work of friction, and that of carrying contacts over the deformed ring,
+    each divided by the losses.
+
+    rows : results by name of each case
     """
     touching = [r for r in rows if r["late_contacts"] and r["late_lost"] > 0]
     speeds = [r["speed"] for r in touching]
@@ -260,12 +286,12 @@ def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
 def spectra_over(
     time: Floats, orbit: NDArray[np.complex128], turn: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Return spectra of an orbit over time.
+    """Return full spectra of an orbit for overlapping parts of its time.
 
     Parameters
     ----------
     time : (n,), s, equally spaced
-    orbit : (n,), m, static frame
+    orbit : (n,), m, X + i Y, static frame
     turn : s, duration of a revolution
 
     Returns
@@ -283,7 +309,7 @@ def spectra_over(
 
 
 def draw_waterfall(cases: Results, case: int) -> Any:
-    """Return a figure of the centre's spectra over time and over a speed that changes.
+    """Return a waterfall: the centre's spectra over time and over a speed that changes.
 
     The strip below shows the word of each window, dashed lines Omega and -Omega, dotted
     lines the times and speeds at which a critical speed is crossed.
@@ -320,10 +346,12 @@ def draw_waterfall(cases: Results, case: int) -> Any:
 
 
 def _top(omega: Floats, amplitude: Floats, speed: float) -> float:
-    """Return the highest |omega| to draw, rad/s, between 1.2 and 3 times `speed`.
+    """Return the end of a waterfall's frequency axis, rad/s: 1.2 to 3 times the speed.
 
-    Within these limits, the result is the highest |omega| with an amplitude above
-    1/1000 of the largest one.
+    Within these limits, it is the highest |omega| with an amplitude above 1/1000 of the
+    largest one.
+
+    omega, amplitude, speed : (f,), rad/s; (c, f), m, of c spectra; highest speed, rad/s
     """
     seen = (amplitude > 1e-3 * amplitude.max(initial=0.0)).any(axis=0)
     highest = float(np.abs(omega[seen]).max(initial=0.0))
@@ -333,9 +361,11 @@ def _top(omega: Floats, amplitude: Floats, speed: float) -> float:
 def _waterfall(
     axes: Any, name: str, case: Case, spectra: tuple[Floats, Floats, Floats]
 ) -> None:
-    """Draw spectra over time or, if `name` is "speed", over the speed.
+    """Draw a panel of a waterfall: spectra over the time or over the speed of a run.
 
-    Of a speed that is passed repeatedly the last spectrum is drawn; see `spectra_over`.
+    Of a speed that is passed repeatedly the last spectrum is drawn.
+
+    name, spectra : "time" or "speed"; result of `spectra_over`
     """
     middles, omega, amplitude = spectra
     speeds = speed_at(case.scene, middles)

@@ -29,10 +29,14 @@ MOST_LINES = 10  # largest number of points drawn: those with the largest stress
 
 
 def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return maps of the tips' displacements, rotating frame, over time and blade.
+    """Return a figure of the displacements of all tips in colours over time and blade.
 
-    With several contact points per tip, two more maps show the chord of the blade that
-    moves most. A cell shows the sample of largest magnitude among the cell's samples.
+    They are radial and tangential, in the rotating frame. With several contact points
+    per tip, two more panels show the chord of the blade that moves most. A cell shows
+    its sample of largest magnitude.
+
+    cases, case : results with traces; number of the case
+    transient : also show the time before the window
     """
     traces, row = cases.traces(case), cases.rows[case]
     shown = in_window(traces["time"], row) | transient
@@ -67,18 +71,23 @@ def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def edges_of(time: Floats, interval: float) -> Floats:
-    """Return the edges of c cells along time, (c + 1,), s, with c <= `MOST_COLUMNS`.
+    """Return the edges of the cells into which a figure joins samples, (c + 1,), s.
 
-    time : (n,), s, times of samples, each at the end of its interval of `interval` s
+    There are c <= `MOST_COLUMNS` cells along time, each of as many samples.
+
+    time, interval : (n,), s, times of samples; s, between two samples, each of which is
+        at the end of its interval
     """
     every = -(-len(time) // MOST_COLUMNS)
     return np.append(time[::every], time[-1] + interval) - interval
 
 
 def extremes(values: Floats) -> Floats:
-    """Return the sample of largest magnitude in each of c cells: from (n, r) to (c, r).
+    """Return the sample of largest magnitude in each of c cells along time, (c, r).
 
-    values : n samples of r rows
+    The cells are those of `edges_of`.
+
+    values : (n, r), samples of r quantities, such as r tips
     """
     every = -(-len(values) // MOST_COLUMNS)
     cells = [values[first : first + every] for first in range(0, len(values), every)]
@@ -87,16 +96,24 @@ def extremes(values: Floats) -> Floats:
 
 
 def _scale(values: Floats) -> dict[str, Any]:
-    """Return how to show lengths: `unit`, `factor` from m, `end`, the largest size."""
+    """Return the unit and the scale of colours in which a figure shows lengths.
+
+    Returns {"unit": such as "mm", "factor": from m to it, "end": largest |value| in it}
+
+    values : lengths, m, any shape
+    """
     most = float(np.abs(values).max())
     factor, unit = unit_of(most)
     return {"factor": factor, "unit": unit, "end": factor * most or 1.0}
 
 
 def _map(axes: Any, edges: Floats, values: Floats, look: Mapping[str, Any]) -> Any:
-    """Draw r rows of values (n, r), m, over time in colours; return the mesh.
+    """Draw displacements in colours over time, a row for each tip or point.
 
-    edges, look : of the cells along time, s; result of `_scale`
+    Returns matplotlib's mesh, for a colour bar
+
+    edges, values : edges of the cells along time, s; (n, r), m, of r tips or points
+    look : unit and scale, result of `_scale`
     """
     rows, end = np.arange(values.shape[1] + 1) - 0.5, look["end"]
     shown = look["factor"] * extremes(values).T
@@ -106,7 +123,7 @@ def _map(axes: Any, edges: Floats, values: Floats, look: Mapping[str, Any]) -> A
 
 
 def _label_chord(axes: Any, points: TipPoints, blade: int) -> None:
-    """Label the rows of a panel by the axial places of a blade's points."""
+    """Label the rows of a panel by the axial positions of a blade's contact points."""
     ticks = [f"{1e3 * place:.4g}" for place in points.station]
     axes.set_yticks(np.arange(points.count), ticks)
     axes.set_ylabel(f"blade {blade}:\naxial place, mm")
@@ -115,7 +132,7 @@ def _label_chord(axes: Any, points: TipPoints, blade: int) -> None:
 def _mark_gap(bar: Any, row: Mapping[str, Any], look: Mapping[str, Any]) -> None:
     """Mark the gap on the colour bar of radial displacements, if within its range.
 
-    row, look : results of the case by name; result of `_scale`
+    row, look : results of the case by name; unit and scale, result of `_scale`
     """
     gap = look["factor"] * row["gap"]
     if 0.0 < gap <= look["end"]:
@@ -124,7 +141,10 @@ def _mark_gap(bar: Any, row: Mapping[str, Any], look: Mapping[str, Any]) -> None
 
 
 def _count_revolutions(axes: Any, row: Mapping[str, Any]) -> None:
-    """Add an axis of revolutions above a panel, at a constant speed that turns."""
+    """Add an axis of revolutions above a panel over time.
+
+    None is added if the speed is 0 or changes; row : results of the case by name
+    """
     if row["speed"] == 0.0 or "words_over_speed" in row:
         return
     turn = 2 * np.pi / abs(row["speed"])
@@ -136,7 +156,7 @@ def _count_revolutions(axes: Any, row: Mapping[str, Any]) -> None:
 def draw_stress(cases: Results, case: int, *, transient: bool = False) -> Any:
     """Return a figure of the stress at named points: over time, and largest by blade.
 
-    Over time, each point is shown on the blade on which |stress| is largest there.
+    Over time, each point is shown on that blade on which its |stress| is largest.
     """
     traces, row = cases.traces(case), cases.rows[case]
     own = resolve(cases.scene(case)).model.rotor.stress

@@ -1,4 +1,7 @@
-"""An axis of a map: positions of cases, edges of cells, ticks."""
+"""An axis of a map: positions of cases on it, edges of their cells, ticks.
+
+The levels of an axis are the distinct values that its input has in the cases.
+"""
 
 from __future__ import annotations
 
@@ -15,18 +18,18 @@ WIDEST = 5.0  # ratio of largest to least value from which an axis may be logari
 MOST_TICKS = 14  # number of values up to which each has a tick
 LONGEST = 26  # largest number of characters of a text on an axis
 WIDE, HIGH = 6.5, 13.0  # points, width of a letter and height of a line
-TOLD = 0.6  # least fraction of levels with room for a tick; below this, no ticks
+TOLD = 0.6  # least share of values with room for a tick; below it none has a tick
 ALONE = 0.5  # half the width of a cell without neighbours, relative to its value
 
 
 @dataclass(frozen=True)
 class Levels:
-    """The m distinct values of a swept input, and which one each of n cases has.
+    """The values of a swept input in n cases, stored as m levels, its distinct values.
 
     Attributes
     ----------
-    known : (m,), numbers ascending, or texts in the order of the campaign
-    index : (n,), index into `known` of each case
+    known : (m,), levels: numbers ascending, or texts in the order of the campaign
+    index : (n,), for each case the index in `known` of its value
     """
 
     known: NDArray[Any]
@@ -34,7 +37,10 @@ class Levels:
 
     @classmethod
     def of(cls, values: NDArray[Any]) -> Levels:
-        """Return the levels, distinct values, of n values of an input, (n,)."""
+        """Return the levels, distinct values, of an input.
+
+        values : (n,), its value in each of n cases
+        """
         if values.dtype.kind in "iufb":
             known, index = np.unique(values, return_inverse=True)
             return cls(known, index.astype(np.int32))
@@ -64,10 +70,10 @@ class Axis:
 
     Attributes
     ----------
-    name : variable of results, "" if nothing is swept
-    label : label with unit
-    index : (n,), index into `levels` of each case
-    levels : (m,), distinct positions, ascending
+    name : variable of results whose values are drawn; "" if nothing is swept
+    label : label of the axis, with unit
+    index : (n,), for each case the index in `levels` of its position
+    levels : (m,), the m distinct positions of cases, ascending, in the unit of `label`
     names : (m,), texts of the levels, for an input of texts; empty for numbers
     scale : "linear" or "log"
     whole : whether the input takes whole numbers only
@@ -89,13 +95,18 @@ class Axis:
         return self.levels[self.index]
 
     def edges(self) -> Floats:
-        """Return the edges of the cells around m levels, (m + 1,), midway as drawn."""
+        """Return the edges of the cells around m levels, (m + 1,).
+
+        They are half way between levels on the axis' scale, linear or log.
+        """
         return cell_edges(self.levels, self.scale)
 
     def middles(self, rows: NDArray[np.intp]) -> Floats:
-        """Return positions of the middles of the cells of cases `rows`, indices.
+        """Return the middles of the cells of some cases, as positions on the axis.
 
-        A middle is half way between edges on the axis' scale, linear or log.
+        It is half way between the cell's edges on the axis' scale, linear or log.
+
+        rows : indices of the cases among those of the map
         """
         edges = straight(self.edges(), self.scale)
         middle = (edges[:-1] + edges[1:]) / 2
@@ -103,13 +114,16 @@ class Axis:
         return np.asarray(where[self.index[rows]])
 
     def scaled(self) -> Floats:
-        """Return the positions of n cases, (n,); their logarithms on a log scale."""
+        """Return positions of n cases, (n,), in which drawn distances are differences.
+
+        On a log scale they are logarithms.
+        """
         return straight(self.levels, self.scale)[self.index]
 
     def widths(self, points: float) -> Floats:
-        """Return the width in points of the cell of each of m levels, (m,).
+        """Return the drawn width of the cell of each of m levels, (m,), in points.
 
-        points : length of the axis
+        points : drawn length of the axis, points
         """
         edges = straight(self.edges(), self.scale)
         return points * np.diff(edges) / np.ptp(edges)
@@ -139,12 +153,15 @@ class Axis:
 
 
 def straight(values: Floats, scale: str) -> Floats:
-    """Return the values, or on a log scale their logarithms: evenly drawn positions."""
+    """Return values so that equal differences are equal distances on a drawn axis.
+
+    They are the values or, on the scale "log", their logarithms.
+    """
     return np.log(values) if scale == "log" else values
 
 
 def distinct(values: Floats) -> tuple[str, ...]:
-    """Return ascending numbers as texts, the shortest ones that all differ."""
+    """Return ascending numbers as texts for ticks: the shortest ones that differ."""
     for digits in range(3, 10):
         texts = tuple(value_text(float(f"{value:.{digits}g}")) for value in values)
         shown = np.array([float(text) for text in texts])
@@ -156,7 +173,10 @@ def distinct(values: Floats) -> tuple[str, ...]:
 
 
 def cell_edges(levels: Floats, scale: str = "linear") -> Floats:
-    """Return the edges of cells around m ascending levels (m,), (m + 1,)."""
+    """Return the edges of cells around positions, half way between them, (m + 1,).
+
+    levels, scale : (m,), positions, ascending; "linear" or "log"
+    """
     at = straight(levels, scale)
     if len(at) == 1:
         half = ALONE * abs(at[0]) or ALONE
@@ -167,7 +187,7 @@ def cell_edges(levels: Floats, scale: str = "linear") -> Floats:
 
 
 def scale_of(levels: Floats) -> str:
-    """Return "log" or "linear", the scale on which ascending levels are more even.
+    """Return the scale on which ascending levels are more evenly spread, log or linear.
 
     The scale is linear for fewer than 3 levels, or if the ratio of the largest to the
     least is below `WIDEST`.
@@ -178,7 +198,7 @@ def scale_of(levels: Floats) -> str:
 
 
 def _unevenness(values: Floats) -> float:
-    """Return the Kolmogorov distance of ascending values from an even spread."""
+    """Return the Kolmogorov distance, 0 to 1, of values from an even spread."""
     share = (values - values[0]) / np.ptp(values)
     return float(abs(share - np.linspace(0.0, 1.0, len(values))).max())
 
@@ -188,8 +208,8 @@ def axis_of(name: str, values: Levels, label: str, factor: float = 1.0) -> Axis:
 
     Parameters
     ----------
-    name, values : the input's variable in results, and its values
-    label : label of the axis
+    name, values : the input's variable in results; its values in the cases of the map
+    label : label of the axis, with unit
     factor : from the SI unit of numbers to the unit of the label
     """
     if values.numeric:
@@ -205,12 +225,18 @@ def axis_of(name: str, values: Levels, label: str, factor: float = 1.0) -> Axis:
 
 
 def no_axis(count: int) -> Axis:
-    """Return an axis with one level for all `count` cases, if no input is swept."""
+    """Return the axis of a map on which no input varies: one position for all cases.
+
+    count : number of cases of the map
+    """
     return Axis("", "", np.zeros(count, np.int32), np.zeros(1))
 
 
 def short_names(texts: list[str]) -> tuple[str, ...]:
-    """Return texts cut to the length for an axis; if any is cut, all get numbers."""
+    """Return texts cut to the length that fits on an axis.
+
+    If any is cut, all get a number in front, so that they still differ.
+    """
     if all(len(text) <= LONGEST for text in texts):
         return tuple(texts)
     return tuple(

@@ -1,4 +1,4 @@
-"""Texts of a map: title, panel titles, legend, notes."""
+"""Texts on a map: its title with notes, titles of its panels, its legend."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ NAMED = {
     "attractor": "attractors",
     "branch": "branches",
 }
-KEY = 0.7  # in, width of a legend entry without its text
+KEY = 0.7  # inches, width of a legend entry without its text
 LETTERS_OF_KEY = 14  # letters of a legend in an inch
 
 
 def engine_of(data: xarray.Dataset) -> str:
-    """Return the name of the engine from results: from their scene or title."""
+    """Return the name of the engine from a campaign's results: their scene or title."""
     try:
         scene = tomllib.loads(str(data.attrs["scene"]))
         own = scene["engine"]
@@ -54,7 +54,7 @@ def title_of(data: xarray.Dataset, picture: Picture, width: float) -> str:
 
     For a campaign with twins, a note gives the share of cases whose twins agree.
 
-    data, picture, width : results; content of the map; width of the figure, in
+    data, picture, width : results; content of the map; width of the figure, inches
     """
     shown = {*picture.panels[0], picture.x.name, picture.y.name}
     names = [n for n in dict.fromkeys([*FIXED, *picture.inputs]) if n not in shown]
@@ -75,9 +75,10 @@ def shared(
     names: Sequence[str],
     case: NDArray[np.intp] | slice = slice(None),
 ) -> list[str]:
-    """Return ``symbol = value unit`` of each input with the same value in all `case`.
+    """Return the inputs with one value in all cases as texts ``symbol = value unit``.
 
-    names, case : the inputs; indices of the cases, by default all in `data`
+    names : names of the inputs that a title may show
+    case : indices of the cases, by default all in `data`
     """
     parts = []
     for name in names:
@@ -89,7 +90,10 @@ def shared(
 
 
 def _twins(data: xarray.Dataset, picture: Picture) -> list[str]:
-    """Return notes on the share of cases confirmed by all twins; [] if no twins."""
+    """Return notes for a map's title on the share of cases that all twins confirm.
+
+    [] for a campaign without twins.
+    """
     if COUNT not in data:
         return []
     found = find_credibility(data[[COUNT, SHARED]].isel(case=picture.case))
@@ -102,7 +106,10 @@ def _twins(data: xarray.Dataset, picture: Picture) -> list[str]:
 
 
 def _confirming(data: xarray.Dataset) -> str:
-    """Return a note on the preset by which boundaries were confirmed; "": none."""
+    """Return a note for a map's title on the preset that confirmed boundaries.
+
+    "" if cells of a refined map were not confirmed with a second preset.
+    """
     if "fidelity" not in data or not (data["fidelity"] == 1).any():
         return ""
     second = data["preset"].to_numpy()[data["fidelity"].to_numpy() == 1]
@@ -110,9 +117,9 @@ def _confirming(data: xarray.Dataset) -> str:
 
 
 def panel_title(values: dict[str, Any]) -> str:
-    """Return the inputs that a panel's cases share, as ``symbol = value unit``.
+    """Return the title of a panel: inputs of its cases, as ``symbol = value unit``.
 
-    values : {variable: value}
+    values : {variable: value in all cases of the panel}
     """
     return ", ".join(value_of(name, value) for name, value in values.items())
 
@@ -143,9 +150,9 @@ def add_legend(
 
 
 def _columns(keys: Sequence[Any], width: float) -> int:
-    """Return the number of columns of a legend that fit, as wide as its longest text.
+    """Return how many columns of a legend fit side by side below a figure, at least 1.
 
-    keys, width : handles of the legend; width of the figure, in
+    keys, width : handles of the legend, with labels; width of the figure, inches
     """
     longest = max(len(str(key.get_label())) for key in keys)
     return max(int(width / max(1.6, KEY + longest / LETTERS_OF_KEY)), 1)
@@ -165,7 +172,10 @@ def _key(
 
 
 def _refined_keys(refined: Refined | None) -> list[Any]:
-    """Return a refined map's legend entries: boundary, confirmed cells, speckle."""
+    """Return legend entries for boundary, confirmed cells and speckle of a refined map.
+
+    [] for a map that was not refined.
+    """
     if refined is None:
         return []
     cells = refined.cells
@@ -195,11 +205,14 @@ def _whirl_keys(found: set[str]) -> list[Any]:
 def twin_keys(
     data: xarray.Dataset, picture: Picture, unsure: NDArray[np.bool_]
 ) -> list[Any]:
-    """Return legend entries of unsure cells, and of cells coloured by the twins' word.
+    """Return legend entries of hatched cells, whose word is unsure by their twins.
+
+    They count the cells with too few twins of their word, and those that are coloured
+    by the word of most twins instead of their own.
 
     Parameters
     ----------
-    data, picture : the results, and the content of the map
+    data, picture : results; content of the map
     unsure : (n,), whether too few twins of a case have its word
     """
     labels = {}

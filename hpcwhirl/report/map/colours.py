@@ -1,4 +1,7 @@
-"""Meaning of a case's colour: its regime, its whirl, or a number."""
+"""Meaning of the colours of a map: a word of each case, such as a regime, or a number.
+
+A look is how a word is drawn: colour, marker, letter, see `scene.words.Look`.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +47,7 @@ class Colours:
 
     Attributes
     ----------
-    name, label : quantity shown, and its name with unit
+    name, label : quantity shown, as the user named it; its name with unit
     kind : (n,), word that gives a case its colour; "" if a number gives it
     number : (n,), number that gives a case its colour; None if words do
     looks : {word: `Look`}, of all possible words
@@ -57,19 +60,19 @@ class Colours:
     looks: dict[str, Look]
 
     def words(self, kind: Coded) -> list[str]:
-        """Return the words that occur in `kind`, in the order of `looks`.
+        """Return the words that occur among some cases, in the order of a legend.
 
-        kind : word of each of some cases
+        kind : word of each of these cases
         """
         found = kind.counts()
         return [word for word in self.looks if word in found]
 
     def fill(self, word: str) -> str:
-        """Return the fill colour of a word; white if the map shows numbers."""
+        """Return the colour that fills cells with a word; white on a map of numbers."""
         return self.looks[word].colour if self.number is None else "#FFFFFF"
 
     def hatch(self, word: str) -> tuple[str, str] | None:
-        """Return (pattern, colour) of a word's hatch; None if the word is not hatched.
+        """Return pattern and colour of the hatch of cells with a word; None: no hatch.
 
         On a map of words only `missing` is hatched: other words have a colour.
         """
@@ -78,7 +81,10 @@ class Colours:
         return HATCHES[word], HATCHED
 
     def norm(self) -> Any:
-        """Return Matplotlib's norm for numbers, logarithmic if they span decades."""
+        """Return Matplotlib's norm from numbers to the colour map.
+
+        It is logarithmic if they span decades, and symmetric if they have both signs.
+        """
         from matplotlib.colors import LogNorm, Normalize, SymLogNorm
 
         known = self._known()
@@ -99,7 +105,7 @@ class Colours:
         return Normalize(least, most)
 
     def map(self) -> str:
-        """Return the name of the colour map; a diverging one if signs differ."""
+        """Return the name of a colour map; diverging for numbers of both signs."""
         known = self._known()
         signed = known.min(initial=0) < 0 < known.max(initial=0)
         return DIVERGING if signed else SEQUENTIAL
@@ -118,15 +124,16 @@ def colours_of(
     word: Coded,
     whirl: Coded,
 ) -> Colours:
-    """Return what the colours of a map mean, by the quantity that it shows.
+    """Return what the colours of a map mean, from the quantity that the user chose.
 
     Parameters
     ----------
     data : results
-    name : "regime" (with twins, the majority's word), "whirl", "attractor" (see
-        `analysis.attractors`), "motion" if the file has it, or an expression over the
-        file's numbers
-    case, word, whirl : (n,), numbers of the cases shown, and their own words
+    name : the quantity: "regime" (with twins, the majority's word), "whirl",
+        "attractor" (see `analysis.attractors`), "motion" if the results have it, or an
+        expression over numbers of the results
+    case : (n,), numbers of the cases shown
+    word, whirl : (n,), regime, or why there is none, and whirl of these cases
     """
     if name == "regime":
         return Colours(name, "", by_majority(data, case, word), None, SHOWN)
@@ -149,7 +156,12 @@ def colours_of(
 
 
 def _unless_bad(word: Coded, other: Coded) -> Coded:
-    """Return the word `other` of each case, but `word` where that is one of `BAD`."""
+    """Return another word of each case, such as its whirl, if the case has results.
+
+    A case whose word is one of `BAD`, such as failed, keeps it.
+
+    word, other : word of each case; the other one
+    """
 
     def rule(own: NDArray[np.str_], other: NDArray[np.str_]) -> NDArray[np.str_]:
         return np.asarray(np.where(np.isin(own, list(BAD)), own, other))
@@ -158,11 +170,11 @@ def _unless_bad(word: Coded, other: Coded) -> Coded:
 
 
 def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
-    """Return {name: `Look`} of attractors and of words that are no attractors.
+    """Return how attractors, and cases without one, are drawn, {name: its `Look`}.
 
     Attractors of one regime share its marker; their colours repeat after six.
 
-    names : from `analysis.attractors`
+    names : names of attractors, from `analysis.attractors`, such as "A1 sustained"
     """
     looks = {}
     for name in names:
@@ -181,8 +193,8 @@ def by_majority(data: xarray.Dataset, case: NDArray[np.intp], word: Coded) -> Co
     Parameters
     ----------
     data : results from `open_results`
-    case, word : (n,), numbers of some cases, and their own words, which are returned
-        for cases without twins
+    case, word : (n,), numbers of the cases; their own words, which are returned for
+        cases without twins
     """
     if MAJORITY not in data:
         return word
@@ -194,9 +206,11 @@ def by_majority(data: xarray.Dataset, case: NDArray[np.intp], word: Coded) -> Co
 
 
 def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
-    """Return the value of an expression for each case, in the unit shown, and a label.
+    """Return the number by which each case is coloured, and the colour bar's label.
 
-    text : the expression
+    The numbers are in the unit that the label names.
+
+    text : expression of results, such as "orbit_radius/gap"
     """
     source, known = source_of(data), numbers_in(data)
 
@@ -221,9 +235,9 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
 def _label(
     data: xarray.Dataset, text: str, variable: Callable[[str], str]
 ) -> tuple[str, float]:
-    """Return the label of a colour bar with its unit, and the factor from SI to it.
+    """Return the label of a colour bar, with unit, and the factor from SI to the unit.
 
-    text, variable : expression shown; function from a name in it to a variable
+    text, variable : expression shown; function from a name in it to the variable's name
     """
     program = parse(text)
     if [step.does for step in program] not in (["name"], ["name", "name", "/"]):

@@ -1,4 +1,4 @@
-"""Critical speeds on a map: Eq. 13 and the super-harmonics of the casing."""
+"""Lines of critical speeds on a map: Eq. 13, and super-harmonics of the casing."""
 
 from __future__ import annotations
 
@@ -22,15 +22,21 @@ from hpcwhirl.store.reading.results_file import Results
 
 ORDERS = 12  # highest super-harmonic of the casing
 CLOSE = 0.035  # fraction of the speed axis within which labels would overlap
-# Largest number of models along the other axis; critical speeds between two of them
-# are taken as constant.
+# Largest number of models for which critical speeds are computed along the other axis;
+# each is drawn as far as half way to the next one.
 MOST_MODELS = 7
 Rows = list[dict[str, Any]]  # as `critical_of_families` returns
 
 
 @dataclass(frozen=True)
 class _Level:
-    """A cell of the axis across the speed: its ends, and the number of a case in it."""
+    """A cell of the map's axis that is not the speed's, in which one model holds.
+
+    Attributes
+    ----------
+    low, high : ends of the cell, in the unit of the axis
+    case : number of a case in the cell, whose model is taken
+    """
 
     low: float
     high: float
@@ -38,7 +44,9 @@ class _Level:
 
 
 def mark_critical(panels: Iterable[Any], picture: Picture, path: Path) -> None:
-    """Draw the critical speeds (omega_bd + n omega_c) / k in every panel, with family.
+    """Draw the critical speeds (omega_bd + n omega_c) / k into every panel of a map.
+
+    Lines of other families than 1F are labelled with the family.
 
     Parameters
     ----------
@@ -60,18 +68,20 @@ def mark_critical(panels: Iterable[Any], picture: Picture, path: Path) -> None:
 
 
 def speeds_of(scene: Scene) -> Rows:
-    """Return records of critical speeds for the nodal diameter of a scene's pulse."""
+    """Return the critical speeds of a scene for the nodal diameter of its pulse.
+
+    Each is a dict of nodal_diameter, order n, speed, rad/s, and family.
+    """
     k, rows = scene.nodal_diameter, critical_of(resolve(scene), ORDERS)
     return [row for row in rows if row["nodal_diameter"] == k]
 
 
 def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
-    """Return the cells along the axis that is not the speed's.
+    """Return the cells along the map's other axis, for each of which a model is made.
 
-    Of a real input with more than `MOST_MODELS` cells, that many joined ones are
-    returned.
+    If a real input has more than `MOST_MODELS` cells, they are joined to that many.
 
-    across, number : that axis; number of the panel
+    across, number : axis that is not the speed's; number of the panel
     """
     rows = np.flatnonzero(picture.panel == number)
     index = across.index[rows]
@@ -90,9 +100,11 @@ def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
 
 
 def _halfway(across: Axis, chosen: NDArray[np.intp]) -> tuple[Floats, Floats]:
-    """Return lower and upper ends of cells around chosen levels of the axis `across`.
+    """Return lower and upper ends of wider cells around chosen levels of an axis.
 
     Cells meet half way between these levels; the first and the last end with the axis.
+
+    across, chosen : the axis; indices of the chosen levels
     """
     at = straight(across.levels[chosen], across.scale)
     middle = (at[1:] + at[:-1]) / 2
@@ -104,13 +116,13 @@ def _halfway(across: Axis, chosen: NDArray[np.intp]) -> tuple[Floats, Floats]:
 def _draw(
     axes: Any, lines: list[tuple[_Level, Rows]], factor: float, *, upright: bool
 ) -> None:
-    """Draw a line segment for each level and critical speed that the axis covers.
+    """Draw the critical speeds of a panel, a line segment across each cell.
 
     Parameters
     ----------
     axes : axes of matplotlib
-    lines : (level, its critical speeds) of each level
-    factor : from rad/s to the unit of the axis
+    lines : each cell of the other axis, and the critical speeds of its model
+    factor : from rad/s to the unit of the axis of speeds
     upright : whether the speed is along x, so that lines are vertical
     """
     along, across = axes.get_xlim(), axes.get_ylim()
@@ -133,9 +145,10 @@ def _draw(
 def _piece(
     axes: Any, row: dict[str, Any], at: float, level: _Level, *, upright: bool
 ) -> None:
-    """Draw the segment of a critical speed, `at`, across the cell of a level.
+    """Draw the segment of one critical speed across the cell of its model.
 
-    row, upright : record of the critical speed; whether the segment is vertical
+    row, at : the critical speed, see `speeds_of`; its position on the axis of speeds
+    level, upright : the cell; whether the segment is vertical
     """
     ends, order = ([at, at], [level.low, level.high]), row["order"]
     main = row["family"] == "1F"

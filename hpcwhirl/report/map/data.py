@@ -30,7 +30,7 @@ from hpcwhirl.store.results.cells import Refined
 if TYPE_CHECKING:
     import xarray
 
-AUTOMATIC = 12  # largest number of panels if the user names no input of panels
+AUTOMATIC = 12  # largest number of panels if the user has not named their inputs
 MOST_PANELS = 60
 FEW = 12  # largest number of values of an input that has a panel for each value
 Inputs = dict[str, Levels]
@@ -39,12 +39,13 @@ Cells = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Wish:
-    """Options of a map; those that are not given are chosen automatically.
+    """The user's options of a map; those that are not given are chosen automatically.
 
     Attributes
     ----------
-    x, y, panels : names of swept inputs
-    at : settings ``NAME=V`` that select cases
+    x, y, panels : names of swept inputs on the axes, and of those that differ between
+        panels
+    at : texts ``NAME=V`` that select cases
     colour : "regime", "whirl", "attractor", "motion", or an expression of numbers
     rpm : whether speeds are in revolutions per minute, as with "rpm" in `units`
     critical : whether the critical speeds of Eq. 13 are marked
@@ -63,25 +64,28 @@ class Wish:
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Names of the units to show; the first unit of each quantity counts."""
+        """Names of the units to show, with "rpm" first if speeds are in rpm.
+
+        Of several units of one quantity the first one counts.
+        """
         return (*(("rpm",) if self.rpm else ()), *self.units)
 
 
 @dataclass(frozen=True)
 class Picture:
-    """The data of a map of n cases.
+    """The content of a map of n cases before it is drawn.
 
     Attributes
     ----------
     case : (n,), numbers of the cases shown
-    inputs : {swept variable: its values}
-    x, y : axes
-    panel : (n,), number of each case's panel
-    panels : {variable: value} of each panel's inputs
-    word, whirl : (n,), words of each case
+    inputs : {swept variable: its values in the n cases}
+    x, y : axes, with the positions of the cases
+    panel : (n,), number of the panel in which each case is drawn
+    panels : {variable: value} that the cases of each panel share
+    word, whirl : (n,), regime, or why there is none, and whirl of each case
     majority : (n,), most frequent word of each case and its twins; None without twins
     colours : meaning of the colours
-    along : notes on inputs that vary and are neither axis nor panel
+    along : notes for the title on inputs that vary and are neither axis nor panel
     scattered : whether the cases form no grid
     free : whether an input varies that is neither axis nor panel
     refined : cells and boundaries of a refined campaign; None: each case has a cell of
@@ -105,7 +109,7 @@ class Picture:
 
     @property
     def gridded(self) -> bool:
-        """Whether the map is a grid in which each case has a cell of its own."""
+        """Whether each case has one rectangular cell: neither refined nor scattered."""
         return not self.scattered and self.refined is None
 
     def __len__(self) -> int:
@@ -118,7 +122,9 @@ class Picture:
 
 
 def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
-    """Return the content of a campaign's map.
+    """Return the content of a campaign's map: axes, panels, and a word for each case.
+
+    data, wish : results; options of the map
 
     Raises
     ------
@@ -147,9 +153,11 @@ def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
 def with_cells(
     picture: Picture, data: xarray.Dataset, refined: Refined | None
 ) -> Picture:
-    """Return a map's content with the cells of a refined campaign.
+    """Return a map's content with the cells of a refined campaign added.
 
     It is returned unchanged if no axis is a refined input.
+
+    refined : cells and boundaries; None if the campaign was not refined
     """
     if refined is None or not {picture.x.name, picture.y.name} & {*refined.over}:
         return picture
@@ -158,7 +166,11 @@ def with_cells(
 
 
 def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
-    """Return an axis with the scale of [refine], or one that suits unrefined values."""
+    """Return an axis of a refined map with another scale, linear or log.
+
+    It is the scale in [refine] or, if none is set there, the one that suits the values
+    of the coarse grid.
+    """
     if axis.name not in refined.over:
         return axis
     coarse = np.unique(data[axis.name].to_numpy()[data["level"].to_numpy() == 0])
@@ -167,7 +179,7 @@ def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
 
 
 def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
-    """Return whether a map shows each case, (cases,).
+    """Return which cases a map shows, (cases,); all of them unless it was refined.
 
     A refined campaign's map shows the case of the highest fidelity at each point. If
     three inputs are refined, the input that is no axis has a panel for each coarse
@@ -190,12 +202,17 @@ def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
 
 
 def varied(inputs: Inputs) -> list[str]:
-    """Return the names of inputs that vary between the cases."""
+    """Return the names of the swept inputs that have more than one value.
+
+    inputs : {input: its `Levels`}
+    """
     return [name for name, values in inputs.items() if len(values) > 1]
 
 
 def _axes(inputs: Inputs, wish: Wish) -> tuple[str, str]:
-    """Return the variables of the x and y axis of a map, "" for none.
+    """Choose the inputs on the x and the y axis of a map; return them, "" for none.
+
+    Those that the user has not named are chosen by their number of values.
 
     inputs, wish : {input: its `Levels`}; options of the map
     """
@@ -214,7 +231,9 @@ def _axes(inputs: Inputs, wish: Wish) -> tuple[str, str]:
 
 
 def _by_levels(inputs: Inputs, names: Sequence[str]) -> list[str]:
-    """Return inputs sorted: numbers before texts, then by falling number of values.
+    """Return names of inputs in the order in which they get axes of a map.
+
+    Numbers come before texts, then inputs with more values.
 
     inputs, names : {input: its `Levels`}; the inputs to sort
     """
@@ -222,10 +241,13 @@ def _by_levels(inputs: Inputs, names: Sequence[str]) -> list[str]:
 
 
 def _follows(inputs: Inputs, name: str, by: str) -> bool:
-    """Return whether input `name` is a function of input `by`, as in [zip].
+    """Return whether one input is a function of another, as those swept in [zip].
 
-    If no value of `by` occurs twice, every input is a function of it; then the input
-    must rise or fall monotonically with `by`.
+    If no value of the other one, `by`, occurs twice, every input is a function of it;
+    then the input must rise or fall monotonically with `by`.
+
+    inputs : {input: its `Levels`}
+    name, by : the input; the other one
     """
     own, other = inputs[name], inputs[by]
     value = np.zeros(len(other), np.int32)
@@ -240,9 +262,13 @@ def _follows(inputs: Inputs, name: str, by: str) -> bool:
 
 
 def _panels(inputs: Inputs, x: str, y: str, wish: Wish) -> tuple[list[str], list[str]]:
-    """Return the inputs of the panels, and notes on varying inputs that are not shown.
+    """Return the inputs that differ between panels, and notes on those not shown.
 
-    x, y : inputs of the axes
+    The notes are for the title: they name inputs that vary and have neither axis nor
+    panels.
+
+    inputs, wish : {input: its `Levels`}; options of the map
+    x, y : inputs on the axes
     """
     panels = [variable_of(n, inputs) for n in wish.panels]
     along, left = [], []
@@ -267,18 +293,20 @@ def _panels(inputs: Inputs, x: str, y: str, wish: Wish) -> tuple[list[str], list
 
 
 def span(values: Levels) -> str:
-    """Return an input's range of numbers, or its number of different texts, as text."""
+    """Return the range of an input as text: "1 to 5", or for texts "3 values"."""
     if not values.numeric:
         return f"{len(values)} values"
     return f"{values.known[0]:.4g} to {values.known[-1]:.4g}"
 
 
 def _together(inputs: Inputs, names: Sequence[str], count: int) -> tuple[Cells, Cells]:
-    """Return (a case with each combination of values, the combination of each case).
+    """Return numbers for the combinations of values that some inputs have in the cases.
 
-    The latter is an index of the former. Combinations are in the order of the levels
-    of the first input, then of the next. inputs : {input: its `Levels`}
+    Returns (combinations,), index of a case with each combination; and (cases,), number
+    of each case's combination. They are in the order of the first input's levels, then
+    of the next one's
 
+    inputs : {input: its `Levels`}
     names, count : the inputs to combine; number of cases
     """
     first, number = np.zeros(1, np.intp), np.zeros(count, np.intp)
@@ -289,7 +317,12 @@ def _together(inputs: Inputs, names: Sequence[str], count: int) -> tuple[Cells, 
 
 
 def _hidden(inputs: Inputs, names: Sequence[str]) -> int:
-    """Return the number of cases that equal an earlier case in the inputs `names`."""
+    """Return how many cases others would cover, if drawn by some inputs only.
+
+    They equal an earlier case in all of these inputs.
+
+    inputs, names : {input: its `Levels`}; the inputs of axes and panels
+    """
     count = max((len(one.index) for one in inputs.values()), default=1)
     return count - len(_together(inputs, [n for n in names if n], count)[0])
 
@@ -297,9 +330,10 @@ def _hidden(inputs: Inputs, names: Sequence[str]) -> int:
 def _check_panels(
     inputs: Inputs, panels: list[str], axes: list[str], *, asked: bool
 ) -> None:
-    """Raise InputError for too many panels, or cases that others would cover.
+    """Raise InputError for too many panels, or for cases that others would cover.
 
-    asked : whether the user named the panels
+    panels, axes : inputs that differ between panels; inputs on the axes
+    asked : whether the user named the inputs of the panels
     """
     cases = max((len(one.index) for one in inputs.values()), default=1)
     count = len(_together(inputs, panels, cases)[0])
@@ -325,7 +359,7 @@ def _numbered(
 ) -> tuple[Cells, list[dict[str, Any]]]:
     """Return the number of each case's panel, and {variable: value} of each panel.
 
-    panels, count : inputs that are equal in a panel; number of cases
+    panels, count : inputs that differ between panels; number of cases
     """
     first, number = _together(inputs, panels, count)
     known = [inputs[name].values[first].tolist() for name in panels]
@@ -344,15 +378,20 @@ def _axis(data: xarray.Dataset, name: str, inputs: Inputs, case: Cells) -> Axis:
 
 
 def label_of(data: xarray.Dataset, name: str) -> tuple[str, float]:
-    """Return a variable's label with the unit shown, and the factor from SI to it."""
+    """Return a variable's label, such as "speed Ω, rad/s", and the factor from SI.
+
+    Both are for the unit that the user chose.
+    """
     unit, factor = shown_in(str(data[name].attrs.get("units", "")))
     return with_unit(name_of(name), unit), factor
 
 
 def _scattered(x: Axis, y: Axis, panel: Cells) -> bool:
-    """Return whether more than a third of the grid's cells have no case.
+    """Return whether cases are scattered: more than a third of the cells have none.
 
-    panel : number of each case's panel
+    The cells are those of a grid of all positions on both axes.
+
+    x, y, panel : axes of the map; (n,), number of each case's panel
     """
     cells = sum(
         len(np.unique(x.index[panel == p])) * len(np.unique(y.index[panel == p]))

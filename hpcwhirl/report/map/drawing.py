@@ -1,4 +1,8 @@
-"""Panels of a map: a cell for each case of a grid, or points over nearest cases."""
+"""Drawing of a panel of a map, in which a colour shows the word of each case.
+
+Cases that form a grid have a cell each. Scattered cases are points, over small cells
+that have the colour of the nearest case.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +26,7 @@ from hpcwhirl.store.reading.coded import Coded
 
 FEW_LEVELS = 12
 COVER = 0.35  # fraction of a panel that points cover, within limits of their size
-RASTER = 480, 320  # cells along x and y that show the nearest of scattered cases
+RASTER = 480, 320  # cells along x and y, each with the nearest of scattered cases
 FAINT = 0.45  # opacity of this raster, behind the points
 NO_CELL = -1
 NARROW = 9.0  # points, width of a letter or a marker
@@ -33,16 +37,16 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Part:
-    """The n cases of one panel of a map.
+    """The n cases of one panel of a map, and how they are drawn.
 
     Attributes
     ----------
     x, y : axes of the whole map
     rows : (n,), indices of the panel's cases among those of the map
-    colours : meaning of the colours
-    whirl : (n,), word of the whirl of these cases
+    colours : meaning of the colours, for all cases of the map
+    whirl : (n,), word of the whirl of the panel's cases
     size : width and height of the panel, points
-    lettered : whether letters and markers repeat the meaning of the colours
+    lettered : whether each cell has a letter for its word and a marker for its whirl
     """
 
     x: Axis
@@ -55,12 +59,12 @@ class Part:
 
     @property
     def kind(self) -> Coded:
-        """Return the word of each case of the panel, "" where a number is shown."""
+        """Word that gives each case of the panel its colour, "" where a number does."""
         return self.colours.kind[self.rows]
 
     @property
     def number(self) -> Floats:
-        """Return the number of each case of the panel, NaN where a word is shown."""
+        """Number that gives each case of the panel its colour; NaN: a word does."""
         if self.colours.number is None:
             return np.full(len(self.rows), np.nan)
         return np.where(self.kind.isin([""]), self.colours.number[self.rows], np.nan)
@@ -68,7 +72,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Mesh:
-    """The cells of a panel, k rows of m, and the case that each shows.
+    """The rectangular cells of a panel, k rows of m, and the case that each one shows.
 
     Attributes
     ----------
@@ -82,16 +86,17 @@ class Mesh:
 
 
 def grid_of(part: Part) -> Mesh:
-    """Return the cells of a panel's grid, one for each case, on the axes' scales."""
+    """Return the cells of a panel of a grid: one for each case, around its position."""
     case = np.full((len(part.y.levels), len(part.x.levels)), NO_CELL)
     case[part.y.index[part.rows], part.x.index[part.rows]] = np.arange(len(part.rows))
     return Mesh(part.x.edges(), part.y.edges(), case)
 
 
 def raster_of(part: Part) -> Mesh:
-    """Return a panel's raster of small cells, each with the nearest case with a result.
+    """Return small cells that cover a panel of scattered cases, each with a case.
 
-    Distances are measured with both axes scaled to length 1.
+    A cell shows the nearest case that has a result; distances are measured with both
+    axes scaled to length 1.
     """
     from scipy.spatial import cKDTree
 
@@ -111,7 +116,7 @@ def raster_of(part: Part) -> Mesh:
 
 
 def limits_of(axis: Axis) -> tuple[float, float]:
-    """Return the ends of an axis, a little beyond the outermost scattered cases."""
+    """Return the ends of an axis of scattered cases, a little beyond the outermost."""
     at = straight(axis.levels, axis.scale)
     more = 0.02 * np.ptp(at) or 0.5
     if len(at) <= FEW_LEVELS:  # as for the cells of a grid
@@ -121,7 +126,10 @@ def limits_of(axis: Axis) -> tuple[float, float]:
 
 
 def draw_grid(axes: Any, part: Part) -> Any:
-    """Draw a cell for each case of a panel; return a colour bar's artist, or None."""
+    """Draw a panel of a grid: a cell for each case, in its colour.
+
+    Returns Matplotlib's artist for a colour bar, None if words are shown
+    """
     line = {"edgecolors": "white", "linewidth": 0.8} if part.lettered else {}
     drawn = draw_mesh(axes, part, grid_of(part), "words", **line)
     if part.lettered:
@@ -130,12 +138,12 @@ def draw_grid(axes: Any, part: Part) -> Any:
 
 
 def draw_scattered(axes: Any, part: Part, *, free: bool) -> Any:
-    """Draw a point for each case of a panel, over a raster of nearest cases.
+    """Draw a panel of scattered cases: a point for each, over cells of the nearest one.
 
-    Return Matplotlib's artist for a colour bar, None if words are shown.
+    Returns Matplotlib's artist for a colour bar, None if words are shown
 
-    free : whether an input varies that is no axis; then there is no raster, as the
-        plane between cases has no meaning
+    free : whether an input varies that is neither axis nor panel; then there are no
+        cells, as the plane between cases has no meaning
     """
     axes.set(xlim=limits_of(part.x), ylim=limits_of(part.y))
     if not free:
@@ -151,7 +159,7 @@ def draw_mesh(axes: Any, part: Part, mesh: Mesh, name: str, **look: Any) -> Any:
     axes : axes of matplotlib
     part : cases of one panel
     mesh : cells, and the case that each one shows
-    name : prefix of the words in the identifier of the SVG element
+    name : first word of the identifier that the cells have in an SVG file
     look : keyword arguments of matplotlib's `pcolormesh`
 
     Returns
@@ -179,7 +187,10 @@ def draw_mesh(axes: Any, part: Part, mesh: Mesh, name: str, **look: Any) -> Any:
 
 
 def _codes(words: Sequence[str], kind: Coded) -> NDArray[np.int8]:
-    """Return the index in `words` of each case's word, `NO_CELL` if it is not there."""
+    """Return each case's word as its index in a list, `NO_CELL` if it is not in it.
+
+    words, kind : the list; word of each case
+    """
     place = {word: i for i, word in enumerate(words)}
     return np.array([place.get(word, NO_CELL) for word in kind.known], np.int8)[
         kind.code
@@ -187,9 +198,11 @@ def _codes(words: Sequence[str], kind: Coded) -> NDArray[np.int8]:
 
 
 def runs(mesh: Mesh, wanted: Mask) -> list[Floats]:
-    """Return rectangles that cover chosen cells, one for each run of cells in a row.
+    """Return rectangles that cover chosen cells of a panel, as corners (4, 2) each.
 
-    wanted : (k, m), whether a cell is chosen
+    Adjacent cells of a row are joined to one rectangle.
+
+    mesh, wanted : the cells; (k, m), whether each one is chosen
     """
     boxes = []
     for row in np.flatnonzero(wanted.any(axis=1)):
@@ -211,6 +224,7 @@ def hatch(
 ) -> None:
     """Hatch polygons as one patch, which costs little more than a single polygon.
 
+    polygons : corners (c, 2) of each
     look, name : pattern and colour of the hatch; identifier of the SVG element
     tint : colour laid over the polygons
     """
@@ -220,18 +234,19 @@ def hatch(
 
 
 def cells_of(part: Part, picture: Picture, chosen: Mask) -> list[Floats]:
-    """Return rectangles that cover the cells of chosen cases in a panel.
+    """Return rectangles that cover the cells of chosen cases in a panel, to hatch them.
 
-    chosen : whether each case of the map is chosen
+    chosen : for each case of the map, whether it is chosen
     """
     mesh = raster_of(part) if picture.scattered else grid_of(part)
     return runs(mesh, np.append(chosen[part.rows], [False])[mesh.case])
 
 
 def rooms(part: Part) -> tuple[Mask, Mask]:
-    """Return whether each of n cells has room for a letter above, or beside, a marker.
+    """Return which of a panel's n cells have room for a letter and a marker.
 
-    Both are (n,).
+    Returns two arrays (n,): room for the letter above the marker; if not, room for the
+    letter beside the marker
     """
     wide = part.x.widths(part.size[0])[part.x.index[part.rows]]
     high = part.y.widths(part.size[1])[part.y.index[part.rows]]
@@ -240,7 +255,10 @@ def rooms(part: Part) -> tuple[Mask, Mask]:
 
 
 def _letters(axes: Any, part: Part) -> None:
-    """Write a word's letter into each cell, with a marker of whirl beside or below."""
+    """Write the letter of its word into each cell of a panel that has room for it.
+
+    A marker of the whirl is drawn below or beside the letter.
+    """
     x, y = part.x.middles(part.rows), part.y.middles(part.rows)
     stacked, beside = rooms(part)
     plain = part.colours.number is None
@@ -264,7 +282,10 @@ def _letters(axes: Any, part: Part) -> None:
 
 
 def _points(axes: Any, part: Part) -> Any:
-    """Draw a point for each case, shaped by its word; return a colour bar's artist."""
+    """Draw a point for each case of a panel, in its colour and with its word's marker.
+
+    Returns Matplotlib's artist for a colour bar, None if words are shown
+    """
     x, y, kind = part.x.place[part.rows], part.y.place[part.rows], part.kind
     size = float(np.clip(COVER * np.prod(part.size) / max(len(x), 1), 3.0, 40.0))
     look = {"s": size, "lw": 0.4 if size > 8 else 0.0, "edgecolors": "black",

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 # numbers shown for the case under the pointer
 TOLD = ("growth_rate", "orbit_radius", "line_frequency", "word_share")
 WIDTH, HEIGHT, ABOVE = 800, 460, 110  # pixels: size of a panel; height of the heading
-LETTERS = 7.0  # in, width for `captions.title_of`
+LETTERS = 7.0  # inches, width of a panel's column by which the title is broken
 POINT = 9  # pixels, size of a point
 
 
@@ -79,7 +79,7 @@ def hover_map(results: Path, wish: Wish) -> Any:
 
 
 def _told(data: xarray.Dataset, picture: Picture) -> NDArray[np.str_]:
-    """Return the text that is shown when the pointer is at each of n cases, (n,)."""
+    """Return for each case of a map the text shown when the pointer is at it, (n,)."""
     names = [*picture.inputs, *(name for name in TOLD if name in data)]
     words = list(zip(picture.word, picture.whirl, strict=True))
     columns = {name: data[name].to_numpy()[picture.case] for name in names}
@@ -99,9 +99,12 @@ def _short(value: Any) -> Any:
 
 
 def _traces(sheet: Sheet, number: int, told: NDArray[np.str_]) -> list[Any]:
-    """Return plotly's traces of a panel: filled cells, and a point for each case.
+    """Return the objects, traces, that plotly draws in a panel of a map.
 
-    number, told : of the panel; text shown at each case of the map
+    They are the filled cells of each word, and a point for each case.
+
+    sheet, number : layout of the map; number of the panel
+    told : (n,), text shown at each case of the map
     """
     from plotly.graph_objects import Scatter
 
@@ -136,7 +139,9 @@ def _traces(sheet: Sheet, number: int, told: NDArray[np.str_]) -> list[Any]:
 
 
 def _outlines(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return x or y of the closed outlines of k boxes, separated by NaN, (6 k,).
+    """Return the outlines of k boxes as one broken line for plotly: its x or its y.
+
+    The result, (6 k,), has NaN between boxes.
 
     corners : (k, 5), x or y of the corners, the first one repeated at the end
     """
@@ -144,9 +149,10 @@ def _outlines(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _cells(part: Part, picture: Picture) -> tuple[NDArray[Any], NDArray[np.float64]]:
-    """Return the k cells of a panel: index of the case in each, (k,), and ends, (k, 4).
+    """Return the k cells of a panel, none if cases are scattered.
 
-    The ends are left, right, bottom and top.
+    Returns (k,), index of the case that each cell shows; and (k, 4), the cells' left,
+    right, bottom and top
     """
     if picture.refined is not None:
         return boxes_of(part, picture, picture.refined)[:2]

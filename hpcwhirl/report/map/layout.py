@@ -32,22 +32,22 @@ if TYPE_CHECKING:
 
 LETTERED = 300  # number of cells up to which letters and markers are drawn
 READABLE = 0.5  # share of the cells in which a letter must fit
-WIDEST, LOWEST = 9.5, 5.6  # in, width and height of a single panel
-PAGE = 13.0  # in, width of all columns together
-A_LEVEL = 1.1  # in, width of a level on an axis with few levels
+WIDEST, LOWEST = 9.5, 5.6  # inches, largest width and height of a single panel
+PAGE = 13.0  # inches, width of all columns of panels together
+A_LEVEL = 1.1  # inches, largest width of a cell
 MOST_DECADES = 3.0  # largest number of decades of an axis without exponents
-BESIDE = 0.9, 0.45  # in, width and height that ticks and labels of a panel take
+BESIDE = 0.9, 0.45  # inches, width and height that ticks and labels of a panel take
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """Layout of a map.
+    """The layout of a map on paper.
 
     Attributes
     ----------
     picture : content of the map
     rows, columns : numbers of rows and columns of panels
-    width, height : size of a panel with its labels, in
+    width, height : size of a panel with its labels, inches
     lettered : whether letters and markers are drawn in the cells
     """
 
@@ -60,24 +60,24 @@ class Sheet:
 
     @property
     def points(self) -> tuple[float, float]:
-        """Width and height of a panel without its labels, in points, 1/72 in."""
+        """Width and height of a panel without its labels, in points, 1/72 inch."""
         return 72 * (self.width - BESIDE[0]), 72 * (self.height - BESIDE[1])
 
     def part(self, number: int) -> Part:
-        """Return the cases of a panel as a `Part`, by the panel's number, from 0."""
+        """Return the cases of a panel, and how they are drawn; number : from 0."""
         picture = self.picture
         rows = np.flatnonzero(picture.panel == number)
         return Part(picture.x, picture.y, rows, picture.colours, picture.whirl[rows],
                     self.points, self.lettered)  # fmt: skip
 
     def fits(self) -> NDArray[np.bool_]:
-        """Return whether each cell of all panels has room for a letter and a marker."""
+        """Return for the cells of all panels whether a letter and a marker fit in."""
         parts = [self.part(number) for number in range(len(self.picture.panels))]
         return np.concatenate([np.logical_or(*rooms(part)) for part in parts])
 
 
 def sheet_of(picture: Picture) -> Sheet:
-    """Return the layout of a map on paper."""
+    """Return the layout of a map on paper: rows, columns and size of its panels."""
     rows = _rows(picture)
     columns = -(-len(picture.panels) // rows)
     width = _narrower(picture.x, WIDEST if columns == 1 else max(PAGE / columns, 2.8))
@@ -92,13 +92,19 @@ def sheet_of(picture: Picture) -> Sheet:
 
 
 def _narrower(axis: Axis, width: float) -> float:
-    """Return the width of a panel, in: `width`, or less if its axis has few levels."""
+    """Return the width of a panel, inches: less than `width` if it has few cells.
+
+    axis : x axis of the map
+    """
     few = BESIDE[0] + A_LEVEL * (len(axis.levels) + 1)
     return float(min(width, max(few, 3.4)))
 
 
 def _rows(picture: Picture) -> int:
-    """Return the number of rows of panels; two panel inputs give rows and columns."""
+    """Return the number of rows in which the panels of a map are arranged.
+
+    If panels differ in two inputs, each row has one value of the first input.
+    """
     count, names = len(picture.panels), list(picture.panels[0])
     if len(names) == 2:
         sides = [len({panel[n] for panel in picture.panels}) for n in names]
@@ -108,7 +114,7 @@ def _rows(picture: Picture) -> int:
 
 
 def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, results: Path) -> Any:
-    """Return the figure of a map.
+    """Draw a map; return its figure.
 
     Parameters
     ----------
@@ -134,7 +140,10 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, results: Path)
 
 
 def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
-    """Hatch and fade cases whose word too few twins have; return legend entries."""
+    """Hatch and fade the cells of cases whose word too few of their twins have.
+
+    Returns legend entries for them, [] in a campaign without twins
+    """
     picture = sheet.picture
     regimes = picture.colours.name not in {"whirl", "motion", "attractor"}
     has_cells = not (picture.scattered and picture.free)  # else points only
@@ -153,7 +162,7 @@ def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
 
 
 def _fill(figure: Any, panels: NDArray[Any], sheet: Sheet) -> None:
-    """Draw all panels, their titles and a colour bar."""
+    """Draw the cases of a map into its panels, with panel titles and a colour bar."""
     picture, drawn = sheet.picture, None
     for axes in panels[len(picture.panels) :]:
         axes.set_visible(False)
@@ -195,7 +204,7 @@ def _decorate(grid: NDArray[Any], sheet: Sheet) -> None:
 def _plain_decades(own: Any, axis: Axis) -> None:
     """Write numbers without exponents on a logarithmic axis that spans few decades.
 
-    own, axis : Matplotlib's axis; the map's
+    own, axis : the axis as an object of Matplotlib; axis of the map
     """
     decades = np.ptp(np.log10(axis.levels[axis.levels > 0]))
     if decades <= MOST_DECADES:

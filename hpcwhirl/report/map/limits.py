@@ -47,8 +47,8 @@ def draw_limits(
     Parameters
     ----------
     data : results
-    found : the limit on each line of cases
-    over : the input whose limits are drawn
+    found : for each line of cases, up to which value of `over` they are damped
+    over : name of the input whose limits are drawn, such as "force"
     point : present value of that input, by which limits are divided; None: not divided
     path : file to write
 
@@ -88,11 +88,12 @@ def _bars(
     found: Sequence[FirstChange],
     ends: Floats,
 ) -> None:
-    """Draw the limit of each line of cases, as an interval, over the input `name`.
+    """Draw the limit of each line of cases over one other input, as a vertical bar.
 
-    found : the limits
-    ends : (lines, 2), last damped value and next value of the limited input; NaN where
-        a line has none
+    name : the other input
+    found : the limits, see `draw_limits`
+    ends : (lines, 2), last damped value and next value of the limited input, as drawn;
+        NaN where a line has none
     """
     label, factor = label_of(data, name)
     x = factor * np.array([f.fixed[name] for f in found], dtype=float)
@@ -119,10 +120,12 @@ def _map(
     ends: Floats,
     label: str,
 ) -> None:
-    """Draw the last damped value of the limited input, in colours over two others.
+    """Draw the limit of each line of cases over two other inputs, in colours.
 
-    names, label : the two inputs; label of the limited one
-    found, ends : as in `_bars`
+    The colours show the last damped value of the limited input.
+
+    names, label : the two other inputs; label of the limited one
+    found, ends : parameters of `_bars`
     """
     told = [label_of(data, name) for name in names]
     grids = [np.unique([f.fixed[name] for f in found]) for name in names]

@@ -36,9 +36,13 @@ KEY = "Description"  # entry of a PNG's metadata with the map's options
 
 @dataclass(frozen=True)
 class Drawing:
-    """A drawn map: figure, content and options.
+    """A drawn map: its figure, its content and the user's options.
 
-    If the map shows shares of regimes, these are in `shares`, and `picture` is None.
+    Attributes
+    ----------
+    figure, wish : figure of matplotlib; the options
+    picture : content of the map; None if it shows shares of regimes
+    shares : table of these shares, else None
     """
 
     figure: Any
@@ -47,7 +51,10 @@ class Drawing:
     shares: Any = None
 
     def write_table(self, path: Path) -> Path:
-        """Write the content of a map as CSV; return the path."""
+        """Write what the map shows as a CSV file, a line for each case; return `path`.
+
+        For shares of regimes there is a line for each point and regime.
+        """
         from hpcwhirl.report.map.probabilities import shares_table
 
         shown = self.picture
@@ -80,7 +87,7 @@ def picture_table(picture: Picture) -> Iterator[Sequence[Any]]:
 
 
 def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
-    """Draw a campaign's map as PNG and SVG, named by `stem_of`; return their paths.
+    """Draw a campaign's map as a PNG and an SVG file; return their paths.
 
     Parameters
     ----------
@@ -92,9 +99,9 @@ def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
 
 
 def stem_of(wish: Wish) -> str:
-    """Return the name of a map's files without ending: ``map`` and its options.
+    """Return the name of a map's files without ending, which tells its options.
 
-    Maps with other options have other names, such as ``map-growth_rate``.
+    It is ``map`` by default, and for example ``map-growth_rate`` with another colour.
     """
     parts = [wish.colour] if wish.colour != "regime" else []
     parts += [f"{side}-{name}" for side in ("x", "y") if (name := getattr(wish, side))]
@@ -105,7 +112,9 @@ def stem_of(wish: Wish) -> str:
 
 
 def drawing_of(results: Path, wish: Wish) -> Drawing:
-    """Return the drawn map of a campaign; traces are not read.
+    """Draw a campaign's map without writing it.
+
+    Of the results, traces are not read.
 
     results, wish : path of `results.h5`; options of the map
     """
@@ -152,9 +161,11 @@ def _drawing_of_shares(data: xarray.Dataset, wish: Wish, results: Path) -> Drawi
 
 
 def save_map(drawing: Drawing, out: Path) -> list[Path]:
-    """Write a map as PNG and SVG, each atomically; return their paths.
+    """Write a map as a PNG and an SVG file, each atomically; return their paths.
 
-    The files are named by `stem_of`.
+    The files are named by the map's options, see `stem_of`; the PNG also stores them.
+
+    out : directory of the files
     """
     told = {KEY: json.dumps(asdict(drawing.wish))}
     stem = stem_of(drawing.wish)
@@ -166,7 +177,10 @@ def save_map(drawing: Drawing, out: Path) -> list[Path]:
 
 
 def wish_of(path: Path) -> Wish | None:
-    """Return the map options stored in a map's PNG file; None if it has none."""
+    """Return the options with which a map was drawn, which its PNG file stores.
+
+    None if the file has none; path : the PNG file
+    """
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -179,11 +193,14 @@ def wish_of(path: Path) -> Wish | None:
 
 
 def refresh(directory: Directory) -> tuple[list[Path], list[str]]:
-    """Draw a campaign's existing maps again, with the options stored in them.
+    """Draw a campaign's existing maps again after its results have changed.
+
+    Each is drawn with the options stored in it.
 
     Returns
     -------
-    paths drawn, and a line for each file that still shows older results
+    paths of the maps drawn, and a message for each other file, such as the page, that
+    still shows older results
     """
     drawn: list[Path] = []
     why, folder = {}, directory.path

@@ -1,4 +1,8 @@
-"""Probabilities of regimes: bars, lines over one input, maps over two."""
+"""Figures of the probabilities of regimes in a campaign whose inputs were drawn.
+
+A probability is the share of the cases of a point of the sweep; it is drawn as bars for
+one point, as areas over one swept input, as a map over two.
+"""
 
 from __future__ import annotations
 
@@ -23,15 +27,17 @@ if TYPE_CHECKING:
 
 SHARE = "share_of_cases"  # name as a variable, so that expressions can use it
 SHARE_LABEL = SHARE.replace("_", " ")
-PANEL = "motion"  # pseudo-input of the map: the regime whose share a panel shows
+PANEL = "motion"  # name as an input of the map: regime whose share a panel shows
 BARS = 0.55  # width of a bar, relative to the distance between bars
 
 
 def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
-    """Return whether a map shows shares of regimes, since inputs were drawn.
+    """Return whether a map shows shares of regimes instead of single cases.
 
-    If the options `wish` name a drawn input, or two inputs were drawn and none was
-    swept, the map shows cases.
+    It shows shares if inputs were drawn, unless the options name a drawn input, or two
+    inputs were drawn and none was swept.
+
+    data, wish : results; options of the map
     """
     if not is_sampled(data) or wish.colour != "regime":
         return False
@@ -44,9 +50,11 @@ def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
 
 
 def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
-    """Return the table of shares of regimes at points that a map's options select.
+    """Return the shares of regimes at the points of the sweep that a map shows.
 
-    data : results of the campaign; see `analysis.shares`
+    Its options may select some points; the table is that of `analysis.shares`.
+
+    data, wish : results of the campaign; options of the map
     """
     found = shares(data)
     inputs = {n: found[n].to_numpy() for n in drawn_of(data).swept}
@@ -55,16 +63,20 @@ def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
 
 
 def varied(found: xarray.Dataset) -> list[str]:
-    """Return the swept inputs that vary between points, in a table of shares."""
+    """Return the swept inputs that have several values in a table of shares.
+
+    found : result of `analysis.shares` or `analysis.basins`
+    """
     return [n for n in swept_in(found) if len(set(found[n].values.tolist())) > 1]
 
 
 def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
-    """Return shares of regimes in the form of results, a case per point and regime.
+    """Return shares of regimes in the form of results, so that a map can show them.
 
-    data, found : results of the campaign; their shares, from `shares`
+    The result has a case for each point of the sweep and regime, and the share as a
+    variable. Regimes without cases are left out.
 
-    A map of them can be drawn. Regimes without cases are left out.
+    data, found : results of the campaign; their shares, from `analysis.shares`
     """
     seen = found.sel(regime=(found["count"].sum("point") > 0).to_numpy())
     many = seen.sizes["regime"]
@@ -90,13 +102,13 @@ def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
 
 
 def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> Any:
-    """Return the figure of shares over one swept input, or of one point.
+    """Return the figure of shares of motions, over one swept input or of one point.
 
     Parameters
     ----------
     data : results
-    found : result of `analysis.shares` or `analysis.basins`
-    note : a line about the draws
+    found : the shares, result of `analysis.shares` or `analysis.basins`
+    note : line on the draws, for the title
 
     Raises
     ------
@@ -118,7 +130,10 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
 
 
 def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
-    """Return a note on the number of random draws and of cases without a regime."""
+    """Return a note for a title: drawn inputs, number of draws, cases without regime.
+
+    data, found : results; their shares, from `analysis.shares`
+    """
     low, high = int(found["cases"].min()), int(found["cases"].max())
     cases = f"{low}" if low == high else f"{low} to {high}"
     names = ", ".join(name.replace("_", " ") for name in drawn_of(data).inputs)
@@ -128,7 +143,10 @@ def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
 
 
 def looks_of(found: xarray.Dataset) -> dict[str, Look]:
-    """Return {name: `Look`}, how each motion in a table of shares is drawn."""
+    """Return how each motion in a table of shares is drawn, {name: its `Look`}.
+
+    The motions are regimes or attractors; a look is colour, marker and letter.
+    """
     if "regime" in found.dims:
         return dict(REGIMES)
     return looks_of_attractors(found["attractor"].to_numpy().tolist())
@@ -137,8 +155,11 @@ def looks_of(found: xarray.Dataset) -> dict[str, Look]:
 def _areas(
     axes: Any, found: xarray.Dataset, over: str, label: str, factor: float
 ) -> None:
-    """Stack the shares of motions over one input; error bars: intervals of the sums.
+    """Draw shares of motions over one input as areas, one on top of the other.
 
+    Error bars show the 95 % interval of the sum of shares up to each border.
+
+    found : table of shares
     over, label, factor : the input; label of its axis; factor from SI to the axis' unit
     """
     along, looks = "regime" if "regime" in found.dims else "attractor", looks_of(found)

@@ -1,4 +1,9 @@
-"""Panels of a refined campaign's map: cells of different sizes, and boundaries."""
+"""Panels of a refined campaign's map: cells of different sizes, and boundaries.
+
+Refinement divides cells whose corners, cases, have different words. On the map each
+cell is divided into parts, one for each corner, which have the colours of its cases.
+The border between words runs half way between cases.
+"""
 
 from __future__ import annotations
 
@@ -26,9 +31,12 @@ Ints = NDArray[np.intp]
 
 
 def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> Any:
-    """Draw a panel of a refined map; return the artist for a colour bar, or None.
+    """Draw a panel of a refined campaign's map: coloured cells and borders of words.
 
-    part, picture, refined : cases of the panel; content of the map; its cells
+    Returns Matplotlib's artist for a colour bar, None if words are shown
+
+    part, picture : cases of the panel; content of the map
+    refined : cells and boundaries of the campaign
     """
     rows, boxes, number = boxes_of(part, picture, refined)
     drawn = _tiles(axes, replace(part, rows=rows), _corners(boxes))
@@ -39,9 +47,12 @@ def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> A
 
 
 def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
-    """Draw a polygon in each case's colour; return a colour bar's artist, or None.
+    """Draw parts of cells in the colours of their cases.
 
-    polygons : corners (k, 4, 2) of one polygon per case of `part`
+    Returns Matplotlib's artist for a colour bar, None if words are shown
+
+    part : case of each of k parts of cells
+    polygons : corners of the parts, (k, 4, 2)
     """
     edged, drawn = len(part.x.index) <= MOST_EDGED, None
     line: dict[str, Any] = {"edgecolors": "white" if edged else "face",
@@ -66,9 +77,11 @@ def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
 def refined_cells(
     part: Part, picture: Picture, refined: Refined, chosen: Mask
 ) -> Floats:
-    """Return corners (k, 4, 2) of the k parts of cells whose nearest case is chosen.
+    """Return the parts of a panel's cells that belong to chosen cases, to hatch them.
 
-    chosen : whether each case of the map is chosen
+    Returns their corners, (k, 4, 2)
+
+    chosen : for each case of the map, whether it is chosen
     """
     rows, boxes, _ = boxes_of(part, picture, refined)
     return _corners(boxes[chosen[rows]])
@@ -81,13 +94,13 @@ def _limits(axis: Axis, ends: Floats) -> tuple[float, float]:
 def boxes_of(
     part: Part, picture: Picture, refined: Refined
 ) -> tuple[Ints, Floats, Ints]:
-    """Divide each cell into k parts, nearest to one corner each, and return the parts.
+    """Divide the cells of a panel into parts, one around each corner; return k parts.
 
     Returns
     -------
-    rows : (k,), index of the case at the corner among those of the picture
+    rows : (k,), index of the case at the corner among the cases of the map
     boxes : (k, 4), left, right, bottom, top of the part
-    number : (k,), index of the cell
+    number : (k,), index of the cell that the part belongs to
     """
     own = np.full(1 + max(picture.case.max(), refined.cells.corner.max()), -1)
     own[picture.case[part.rows]] = part.rows
@@ -111,12 +124,13 @@ def _bit(refined: Refined, name: str) -> int:
 
 
 def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.bool_]:
-    """Return whether corner i of each cell lies in the plane that the map shows.
+    """Return which cells have corner i in the plane that the panel shows, (cells,).
 
-    If a refined input is no axis, a plane on the border of two cells belongs to the
-    upper cell, and the last plane to the last cell. The result is (cells,).
+    If a refined input is no axis, the panel shows one value of it, a plane through the
+    cells. A plane on the border of two cells belongs to the upper cell, and the last
+    plane to the last cell.
 
-    found, i : as in `_ends`
+    found, i : (cells, corners), index of the case at each corner; number of the corner
     """
     keep = np.ones(len(found), dtype=bool)
     for name in refined.over:
@@ -130,18 +144,20 @@ def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.b
 def _ends(
     axis: Axis, refined: Refined, found: Ints, i: int
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Return the interval of an axis in which corner i of each cell is the nearest one.
+    """Return for each cell the part of an axis that is nearest to its corner i.
 
     Parameters
     ----------
     axis : axis of the map
     refined : cells of the campaign
-    found : (cells, corners), rows of the cases at the corners; -1: not in the picture
+    found : (cells, corners), index of the case at each corner among those of the map;
+        -1: not shown
     i : number of the corner
 
     Returns
     -------
-    lower and upper end, (cells,), and whether both corners along the axis are known
+    lower and upper end, (cells,) each; and whether the map shows the cases at both
+    corners along the axis, (cells,)
     """
     own = found[:, i]
     if axis.name not in refined.over:
@@ -155,7 +171,10 @@ def _ends(
 
 
 def _corners(boxes: Floats) -> NDArray[np.float64]:
-    """Return the corners of k boxes (left, right, bottom, top), (k, 4, 2)."""
+    """Return x and y of the four corners of k boxes, (k, 4, 2), to draw them.
+
+    boxes : (k, 4), left, right, bottom, top of each box
+    """
     left, right, low, high = boxes.T
     x, y = [left, right, right, left], [low, low, high, high]
     return np.stack([np.transpose(x), np.transpose(y)], axis=-1)
@@ -164,7 +183,8 @@ def _corners(boxes: Floats) -> NDArray[np.float64]:
 def _outline(axes: Any, refined: Refined, boxes: Floats, number: Ints) -> None:
     """Hatch cells of speckle, where words mix at random; outline confirmed cells.
 
-    boxes, number : (k, 4), (k,), parts of cells and their cells, see `boxes_of`
+    boxes, number : (k, 4), ends of parts of cells; (k,), index of each one's cell, see
+        `boxes_of`
     """
     speckle = refined.cells.state == STATES.index("speckle")
     for name, wanted in (("speckle", speckle), ("confirmed", refined.cells.confirmed)):
@@ -182,7 +202,10 @@ def _outline(axes: Any, refined: Refined, boxes: Floats, number: Ints) -> None:
 
 
 def _draw_lines(axes: Any, part: Part, picture: Picture, refined: Refined) -> None:
-    """Draw the boundaries of words: lines for two refined inputs, bars for one."""
+    """Draw the boundaries between words into a panel.
+
+    They are lines if both axes are refined inputs, bars if only the x axis is.
+    """
     panels = np.unique(refined.panel_of[picture.case[part.rows]])
     if {*refined.over} == {part.x.name, part.y.name}:
         lines = _lines(part, refined, panels)
@@ -196,9 +219,11 @@ def _draw_lines(axes: Any, part: Part, picture: Picture, refined: Refined) -> No
 
 
 def _lines(part: Part, refined: Refined, panels: Ints) -> Floats:
-    """Return the two ends of s line segments of a boundary in a panel, (s, 2, xy).
+    """Return the line segments of the boundaries between words in a panel, (s, 2, 2).
 
-    panels : numbers of the refined campaign's panels that it shows
+    They are x and y of both ends of s segments.
+
+    panels : numbers by which refinement counts the panels that this one shows
     """
     ends = refined.lines[np.isin(refined.panel[refined.lines[:, 0]], panels)]
     both = [axis.factor * refined.at[axis.name][ends] for axis in (part.x, part.y)]
@@ -206,9 +231,11 @@ def _lines(part: Part, refined: Refined, panels: Ints) -> Floats:
 
 
 def _bars(part: Part, picture: Picture, refined: Refined, panels: Ints) -> Floats:
-    """Return the two ends of s vertical bars, as high as a cell, (s, 2, xy).
+    """Return vertical bars, as high as a cell, at the boundaries along x, (s, 2, 2).
 
-    They mark a boundary along the x axis; panels : as in `_lines`
+    They are x and y of both ends of s bars.
+
+    panels : numbers by which refinement counts the panels that this one shows
     """
     edges, bars = part.y.edges(), []
     for panel in panels:

@@ -68,8 +68,8 @@ class PageData:
     Attributes
     ----------
     facts : data that become JSON: inputs, meanings, units, commands
-    columns : bytes of all columns of results, one after another
-    records : bytes of the traces of each case, all of one size
+    columns : values of all columns of results, as bytes, one after another
+    records : traces of each case that has some, reduced to bytes, all of one size
     """
 
     facts: dict[str, Any]
@@ -78,7 +78,7 @@ class PageData:
 
 
 def page_data(results: Results) -> PageData:
-    """Return the data in the page of a campaign, from its results."""
+    """Return the data that a campaign's page contains, from its results."""
     sizes, records, slots = _records(results)
     plan = results.plan
     table, data = _columns(results, slots)
@@ -112,7 +112,11 @@ def page_data(results: Results) -> PageData:
 
 
 def _refined(results: Results) -> dict[str, Any] | None:
-    """Return a refined campaign's cells, and its boundaries of regimes and of whirl."""
+    """Return a refined campaign's cells and boundaries as data for the page.
+
+    The boundaries are those between regimes and between words of whirl. None if the
+    campaign was not refined.
+    """
     found, whirl = (read_refined(results.path, by) for by in ("", "whirl"))
     if found is None or whirl is None:
         return None
@@ -134,21 +138,26 @@ def _refined(results: Results) -> dict[str, Any] | None:
 
 
 def _shown(told: list[dict[str, Any]]) -> dict[str, tuple[str, float]]:
-    """Return {SI unit: (unit shown, factor)} of columns of results that are converted.
+    """Return the units in which the page shows numbers that it stores in SI.
 
-    told : descriptions of the columns
+    Returns {SI unit: (unit shown, factor from SI to it)}
+
+    told : descriptions of columns of results and of swept inputs
     """
     units = {unit: shown_in(unit) for unit in sorted({t.get("unit", "") for t in told})}
     return {unit: shown for unit, shown in units.items() if shown != (unit, 1.0)}
 
 
 def _fixed(results: Results) -> list[str]:
-    """Return those of the inputs `FIXED` that are equal in all cases, for the title."""
+    """Return which of speed, lobes, gap, friction have one value in all cases.
+
+    The page's title shows them.
+    """
     return [n for n in FIXED if len(set(results[n].tolist())) == 1]
 
 
 def _inputs(results: Results) -> list[dict[str, Any]]:
-    """Return records of the inputs that all cases share, with meaning and value."""
+    """Return the inputs that all cases share: dicts of name, value and meaning."""
     base, swept = results.plan.base, results.plan.swept
     return [
         {"name": name, "value": base[name], "meaning": meaning}
@@ -158,13 +167,16 @@ def _inputs(results: Results) -> list[dict[str, Any]]:
 
 
 def _given(results: Results, name: str) -> list[Any]:
-    """Return the value of a swept input, `name`, in every case."""
+    """Return the value of a swept input in each case; name : its dotted name."""
     plan = results.plan
     return [settings.get(name, plan.base.get(name)) for settings in plan.settings]
 
 
 def _levels(values: list[Any]) -> dict[str, Any]:
-    """Return {JSON of a value: value} of distinct values; numbers are ascending."""
+    """Return the distinct values of an input by their JSON texts, numbers ascending.
+
+    values : value of the input in each case
+    """
     levels = {json.dumps(value): value for value in values}
     if all(isinstance(v, int | float) for v in levels.values()):
         return dict(sorted(levels.items(), key=lambda item: float(item[1])))
@@ -172,7 +184,12 @@ def _levels(values: list[Any]) -> dict[str, Any]:
 
 
 def _swept(results: Results, name: str) -> dict[str, Any]:
-    """Return facts on a swept input: name, unit, its values, also as --set options."""
+    """Return what the page tells of a swept input.
+
+    It is a dict of names, unit, distinct values, and these values as --set options.
+
+    name : dotted name of the input
+    """
     levels = list(_levels(_given(results, name)).values())
     return {
         "name": name,
@@ -184,9 +201,10 @@ def _swept(results: Results, name: str) -> dict[str, Any]:
 
 
 def _commands(results: Results) -> dict[str, Any]:
-    """Return the parts that the commands to run single cases share: begin and end.
+    """Return what the page needs to tell the command that runs a single case.
 
-    `commands`, {case: whole command}, has cases whose commands lack these parts.
+    Most commands are "program", options of the swept inputs, and "tail". "commands",
+    {case: command}, has those of other cases as a whole.
     """
     plan, swept = results.plan, frozenset(results.plan.swept)
     shared = given_inputs(
@@ -203,7 +221,10 @@ def _commands(results: Results) -> dict[str, Any]:
 
 
 def _thresholds(results: Results) -> list[dict[str, Any]]:
-    """Return [{name, value in results, default, meaning}] of the rules' thresholds."""
+    """Return the thresholds of the rules for words: a dict for each.
+
+    It has the name, the value used in the results, the default and the meaning.
+    """
     return [
         {
             "name": field.name,
@@ -218,9 +239,11 @@ def _thresholds(results: Results) -> list[dict[str, Any]]:
 def _columns(
     results: Results, slots: NDArray[np.int32]
 ) -> tuple[list[dict[str, Any]], bytes]:
-    """Return (descriptions, bytes) of columns of results: evidence 8 bytes, others 4.
+    """Return all columns of results for the page: their descriptions, and their bytes.
 
-    slots : (cases,), number of each case's record, see `_records`
+    A number of the evidence, from which words follow, has 8 bytes, others have 4.
+
+    slots : (cases,), number of each case's record of traces, -1 for none
     """
     evidence = set(rules.evidence_names())
     columns: list[tuple[dict[str, Any], NDArray[Any]]] = []
@@ -249,9 +272,12 @@ def _columns(
 def _packed(
     columns: list[tuple[dict[str, Any], NDArray[Any]]],
 ) -> tuple[list[dict[str, Any]], bytes]:
-    """Return each column's description, with its place in the bytes, and all bytes.
+    """Return columns as one sequence of bytes, and the description of each.
 
-    A column that is constant is stored as one value. columns : (description, values)
+    A description has the column's type and where it begins in the bytes. A column that
+    is constant is stored as one value.
+
+    columns : (description, values) of each
     """
     table, parts, at = [], [], 0
     for told, column in sorted(columns, key=lambda c: -c[1].dtype.itemsize):
@@ -265,10 +291,11 @@ def _packed(
 
 
 def _records(results: Results) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
-    """Return (sizes, records, slots): traces of cases, reduced to one size each.
+    """Return the traces of all cases for the page, reduced to records of one size.
 
-    slots is the number of each case's record, (cases,), -1 for none. If more than
-    `MOST_RECORDS` cases have traces, only every n-th of them has a record.
+    Returns numbers of points of a record; the records; and (cases,), number of each
+    case's record, -1 for none. If more than `MOST_RECORDS` cases have traces, only
+    every n-th of them has a record
     """
     slots = np.full(len(results), -1, "<i4")
     whole = np.flatnonzero(results["status"] == "ok")
@@ -292,7 +319,7 @@ def _start() -> dict[str, Any]:
 
 
 def setting(name: str, value: Any) -> str:
-    """Return ``--set name=value``, quoted for a shell."""
+    """Return the option ``--set name=value`` of an input, quoted for a shell."""
     parts = value if isinstance(value, list) else [value]
     texts = [tomli_w.dumps({"v": v}).partition(" = ")[2].strip() for v in parts]
     text = f"[{', '.join(texts)}]" if isinstance(value, list) else texts[0]
@@ -302,10 +329,12 @@ def setting(name: str, value: Any) -> str:
 def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, Any]:
     """Return the inputs that a command must set to run a case, the swept ones first.
 
+    Inputs with their default are left out.
+
     Parameters
     ----------
-    given : {dotted name: value}; names that are no inputs are skipped
-    swept : names of inputs that are set even to their default
+    given : {dotted name: value} of the case; names that are no inputs are skipped
+    swept : names of swept inputs, which are set even to their default
     """
     start = _start()
     names = sorted((n for n in start if n in given), key=lambda n: n not in swept)
@@ -352,7 +381,7 @@ def is_stale(directory: Directory) -> bool:
 
 
 def page_of(content: PageData) -> str:
-    """Return the HTML text of a campaign's page from its data."""
+    """Return a campaign's page as HTML text, with styles, scripts and data."""
     scripts = [_asset(name) for name in LIBRARIES]
     own = "\n".join(_asset(f"assets/{name}.js") for name in SCRIPTS)
     scripts.append(f'"use strict";\n(() => {{\n{own}\n}})();\n')
@@ -376,12 +405,17 @@ def _asset(name: str) -> str:
 
 
 def _json(facts: dict[str, Any]) -> str:
-    """Return facts as JSON text that cannot end the HTML element around it."""
+    """Return facts as JSON text without <, so that it cannot end its HTML element."""
     return json.dumps(facts, allow_nan=False).replace("<", "\\u003c")
 
 
 def _policy(scripts: list[str]) -> str:
-    """Return the content security policy: these scripts, inline styles, no network."""
+    """Return the page's content security policy.
+
+    It allows these scripts, by their digests, and inline styles, but no network.
+
+    scripts : texts of the scripts
+    """
     hashes = (hashlib.sha256(text.encode()).digest() for text in scripts)
     allowed = " ".join(f"'sha256-{base64.b64encode(h).decode()}'" for h in hashes)
     return (

@@ -26,11 +26,11 @@ MOST = 100  # largest number of rows of a table
 DIGITS = 6
 
 
-Told = dict[str, Any]  # a table, see `tables_of`
+Told = dict[str, Any]  # a table as data for the page, see `tables_of`
 
 
 def tables_of(results: Results) -> list[Told]:
-    """Return the tables of a campaign; [] if it has none.
+    """Return the tables that a campaign's page shows below the map; [] if none.
 
     Each is {"title": what it shows, "head" and "rows": texts of its column heads and of
     each row, "command": the command that prints the whole table}.
@@ -64,7 +64,11 @@ def _of_branches(results: Results) -> Told:
 
 
 def _of_starts(results: Results) -> Iterator[Told]:
-    """Yield tables: force or energy up to which all cases are damped; basin shares."""
+    """Yield the tables of a campaign whose starts differ.
+
+    They show the force or energy up to which all cases are damped, and the shares of
+    starts that end on each motion.
+    """
     from hpcwhirl.analysis.basins import starts_of
     from hpcwhirl.errors import InputError
     from hpcwhirl.store.reading.reader import open_results
@@ -145,7 +149,10 @@ def _head(name: str) -> str:
 
 
 def _shown(names: Sequence[str], values: Any) -> list[str]:
-    """Return values of variables `names` as texts, in the units shown; "" for none."""
+    """Return values as texts for a row of a table, in the units shown; "" for NaN.
+
+    names, values : variable of each value; the values in SI
+    """
     found = []
     for name, value in zip(names, values, strict=True):
         _, factor = shown_in(NAMED[name].unit) if name in NAMED else ("", 1.0)

@@ -1,9 +1,10 @@
-"""Traces of a case reduced to a few bytes for the page.
+"""Traces of a case reduced to a few bytes, a record, for the page.
 
-A record consists of a few numbers and curves and has one size for all cases; values of
-curves have 16 bits. Coordinates of the orbit are integer multiples of a fraction of the
-largest coordinate. Values that span decades are stored as a sign and the logarithm of
-their ratio to the largest, in 32,767 steps of 0.085 %, down to a ratio of 2^-40.
+A record consists of a few numbers and of curves (orbit, radius, energy, powers,
+spectrum) and has one size for all cases; values of curves have 16 bits. Coordinates of
+the orbit are integer multiples of a fraction of the largest coordinate. Values that
+span decades are stored as a sign and the logarithm of their ratio to the largest, in
+32,767 steps of 0.085 %, down to a ratio of 2^-40.
 """
 
 from __future__ import annotations
@@ -21,25 +22,25 @@ TARGET = 4_200_000  # bytes of all records of a page, unless records become too 
 THINNEST, FINEST = 600, 12_000  # bytes of a record, smallest and largest
 MOST_RECORDS = 20_000
 LARGEST, LEAST = 1e38, 1e-37  # limits of single precision
-HEAD = 8  # numbers of four bytes before the curves
+HEAD = 8  # number of numbers, of four bytes each, before the curves of a record
 NEEDED = ("centre", "energy", "fed", "rubbed", "lost")
 PER_TURN = 36  # samples of an orbit in the period of its fastest strong line
 LEAST_LINE = 1e-2  # least line within a shown spectrum, relative to the strongest
 SCALE = 32767  # steps of a coordinate of the orbit
 NOTHING = -32768  # code for "no value"
-OCTAVES = 40  # from the largest value of a curve down to the smallest
+OCTAVES = 40  # log2 of the ratio of a curve's largest to its smallest stored value
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Numbers of points that a page stores of each case.
+    """Numbers of points of the curves in a case's record, the same for all cases.
 
     Attributes
     ----------
-    orbit : positions of the centre, at the end of the run
-    radius : intervals of the run, each with the least and largest |Z|
-    ledger : intervals of the run, each with energy and powers
-    lines : intervals of the two-sided spectrum, each with its largest line
+    orbit : number of positions of the centre, at the end of the run
+    radius : number of intervals of the run, each with the least and the largest |Z|
+    ledger : number of intervals of the run, each with energy and powers
+    lines : number of intervals of the two-sided spectrum, each with its largest line
     """
 
     orbit: int
@@ -49,13 +50,16 @@ class Sizes:
 
     @property
     def bytes(self) -> int:
-        """Bytes of a case's record, a multiple of 3: their base64 can be joined."""
+        """Number of bytes of a record, a multiple of 3: base64 texts can be joined."""
         values = 2 * self.orbit + 2 * self.radius + 4 * self.ledger + self.lines
         return -(-(4 * HEAD + 2 * values) // 12) * 12
 
 
 def sizes_for(cases: int) -> Sizes:
-    """Return numbers of points per case that suit a page with `cases` cases."""
+    """Return numbers of points of a record so that the whole page is of good size.
+
+    cases : number of cases that have a record
+    """
     room = min(max(TARGET // max(cases, 1), THINNEST), FINEST) // 2 - 2 * HEAD
     return Sizes(
         orbit=int(0.27 * room), radius=int(0.085 * room),
@@ -66,14 +70,14 @@ def sizes_for(cases: int) -> Sizes:
 def record_of(
     traces: Traces, speed: float, window: float, line: float, sizes: Sizes
 ) -> bytes:
-    """Return a case's traces, reduced to few points, in the page's binary encoding.
+    """Return a case's record: its traces, reduced to few points, as bytes.
 
     Parameters
     ----------
     traces : `time` and the traces `NEEDED`; centre (n, 2), m, static frame
     speed : Omega, rad/s
     window : s, length of the last part of the run, by which its words are decided
-    line : strongest line, rad/s, forward positive
+    line : frequency of the strongest spectral line, rad/s, forward positive
     sizes : number of points of each curve
     """
     time = traces["time"]
@@ -93,9 +97,11 @@ def record_of(
 
 
 def _fastest(speed: float, line: float) -> float:
-    """Return the larger of the speed and the strongest line in any frame, rad/s.
+    """Return the angular speed that an orbit must be sampled finely enough for, rad/s.
 
-    speed, line : Omega; frequency of the line in the static frame
+    It is the largest of the speed and the strongest line's frequency in either frame.
+
+    speed, line : Omega; frequency of the strongest spectral line in the static frame
     """
     return max(abs(speed), abs(line), abs(line - abs(speed)), 1e-9)
 
@@ -103,15 +109,15 @@ def _fastest(speed: float, line: float) -> float:
 def _orbit(
     time: Floats, centre: NDArray[np.complex128], shown: tuple[int, float], most: int
 ) -> tuple[tuple[float, float, float], NDArray[np.int16]]:
-    """Return the last part of an orbit as at most `most` positions of equal interval.
+    """Return the last part of an orbit as positions at equal intervals, at most `most`.
 
     Parameters
     ----------
     time : (n,), s
     centre : (n,), m, x + i y in the static frame
-    shown : samples of the window, which is covered if possible, and the fastest angular
-        speed to resolve, rad/s, by at least `PER_TURN` positions a turn
-    most : number of positions
+    shown : number of samples of the window, which is covered if possible; fastest
+        angular speed, rad/s, a turn of which has at least `PER_TURN` positions
+    most : largest number of positions
 
     Returns
     -------
@@ -136,7 +142,7 @@ def _orbit(
 
 
 def _cuts(count: int, most: int) -> NDArray[np.int64]:
-    """Return the first sample of each of at most `most` intervals of samples.
+    """Divide samples into at most `most` intervals; return each one's first index.
 
     count : number of samples
     """
@@ -144,7 +150,7 @@ def _cuts(count: int, most: int) -> NDArray[np.int64]:
 
 
 def _spans(values: Floats, most: int) -> Floats:
-    """Return least and largest value in each of at most `most` intervals of samples.
+    """Return the least and the largest value in each of `most` intervals of samples.
 
     Returns
     -------
@@ -160,10 +166,10 @@ def _spans(values: Floats, most: int) -> Floats:
 
 
 def _ledger(traces: Traces, most: int) -> Floats:
-    """Return mean energy and powers in at most `most` intervals of a run, (4 * most,).
+    """Return energy and powers of a run, means over each of `most` intervals.
 
-    First the energy, J, then the powers of friction, of transport and of losses, W; NaN
-    for missing intervals.
+    The result, (4 * most,), has the energies, J, then the powers of friction, of
+    transport of contacts and of losses, W; NaN for missing intervals.
     """
     out = np.full((4, most), np.nan)
     time, rubbed = traces["time"], traces["rubbed"]
@@ -183,12 +189,13 @@ def _ledger(traces: Traces, most: int) -> Floats:
 def _lines(
     time: Floats, orbit: NDArray[np.complex128], speed: float, most: int
 ) -> tuple[float, Floats]:
-    """Return the end of a spectrum, rad/s, and its largest line in each interval, m.
+    """Return an orbit's full spectrum, reduced to the largest line in each interval.
 
-    The `most` intervals divide the spectrum from -end to end; NaN in one without a
-    line.
+    Returns the end of the spectrum, rad/s, and amplitudes, (most,), m, in `most` equal
+    intervals from -end to end; NaN in one without a line
 
     time, orbit : (n,), s; (n,), m, x + i y in the static frame
+    speed : |Omega|, rad/s
     """
     out = np.full(most, np.nan)
     if len(orbit) < 4 or not np.isfinite(orbit).all():
@@ -205,9 +212,10 @@ def _lines(
 
 
 def _codes(values: Floats) -> tuple[float, NDArray[np.int16]]:
-    """Return (scale, integers of 16 bits) that encode values logarithmically.
+    """Encode values of a curve as integers of 16 bits; return scale and integers.
 
-    Value = +- scale 2^(-OCTAVES (1 - |code| / SCALE)).
+    Value = +- scale 2^(-OCTAVES (1 - |code| / SCALE)), with the sign of the code; 0 for
+    the code 0.
     """
     known = np.where(np.abs(values) < LARGEST, values, np.nan)
     scale = float(np.nanmax(np.abs(known), initial=0.0))
