@@ -135,10 +135,11 @@ def touches(
 def wear_numbers(scene: Scene, layer: Floats) -> dict[str, float | int]:
     """Return the results `wear_*` of the casing's abradable layer; {} without one.
 
-    They are the largest worn depth, m, the worn volume, m^3, the number of lobes of the
-    wear around the casing, and the work of rotation on rods that tips slid onto, J.
+    The layer consists of M radial rods around the casing. The results are the largest
+    worn depth, m; the worn volume, m^3; the number of lobes of the wear; and the work,
+    J, that the rotation does where a tip slides onto a less worn rod and presses it.
 
-    layer : (3, M) of M rods around the casing, see `dynamics.history.History`
+    layer : (3, M), by rod: worn depth, m, work of wear, J, that work of rotation, J
     """
     depth = layer[DEPTH]
     if not len(depth):

@@ -198,7 +198,7 @@ def asked_of(
     """Return the request to time the steps of one motion with N blades.
 
     blades, scheme : N; name of the integrator
-    sectors, motion : whether sectors are equal, and which motion, named as in `Row`
+    sectors, motion : "equal" or "unequal"; name of the motion, as in `Row`
     """
     if motion == RUBS:
         rubbing = {"plan": scene.solver.plan}

@@ -55,7 +55,7 @@ REMEDY = (
 
 
 class _UnknownError(Exception):
-    """Raised for a value that a user's function uses and that cannot be compared."""
+    """Raised for a value, used by a user's function, that runs cannot compare."""
 
 
 def fingerprint(function: Any, version: object = None) -> str:

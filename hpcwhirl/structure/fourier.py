@@ -185,7 +185,7 @@ class FourierOperator:
         return out.ravel()
 
     def _in_the_middle(self, harmonic: int, *, sine: bool) -> Floats:
-        """Return the row vector, (size,), that gives an amplitude of w at zeta = 0.
+        """Return the row vector, (size,), that gives an amplitude of w at mid-width.
 
         It is multiplied by the casing's coordinates.
 
@@ -204,7 +204,7 @@ class FourierOperator:
 
         Returns
         -------
-        (H + 1, 2, size); if the casing varies along its axis, w in the plane zeta = 0
+        (H + 1, 2, size); if the casing varies along its axis, w at its mid-width
         """
         out = np.zeros((self.harmonics + 1, 2, self.size))
         for h in range(self.harmonics + 1):
@@ -216,7 +216,7 @@ class FourierOperator:
     def lobes(self, k: int) -> Floats:
         """Return the loads of a pulse of k lobes on the coordinates, (size,).
 
-        The pulse is a radial pressure ~ cos(k theta) at zeta = 0; loads are scaled so
+        The pulse is a radial pressure ~ cos(k theta) at mid-width; loads are scaled so
         that the generalized force on the unit shape cos(k theta) is 1.
         """
         return self._in_the_middle(k, sine=False)

@@ -297,7 +297,9 @@ def _beside(runs: Runs, pace: float) -> tuple[float, float]:
 
 
 def _mean(found: Forecast) -> float:
-    """Return the mean kernel time of the coarse cases (those of [sweep]) left, s.
+    """Return the mean computing time of the coarse cases still to compute, s.
+
+    Coarse cases are those of [sweep].
 
     found : forecast of these cases
     """
