@@ -18,7 +18,7 @@ class Quantity:
     meaning : explanation in a phrase, the long name in files
     symbol : symbol in figures, "" for none
     kind : type in a file: "f8", "i8", "enum", or text such as "S16", of 16 bytes
-    axes : axes of a trace in addition to case and sample
+    axes : names of a trace's dimensions in addition to case and sample, see `AXES`
     rules : further explanation of an input; "" for none
     """
 
@@ -30,7 +30,7 @@ class Quantity:
     rules: str = ""
 
     def labelled(self, name: str) -> str:
-        """Return a name, such as that of a variable, followed by the unit, if any."""
+        """Return a text, such as a variable's name, with the unit: "gap, m"."""
         return with_unit(name, self.unit)
 
 
