@@ -33,14 +33,16 @@ from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
 MOST_KEPT = 32  # number of cached models, as in `reduction.model`
-SLOWER = 1.072  # see `turned`: largest (1 - t) (1 + 3 t) / (1 + t), at t = 0.155
+# largest (1 - t) (1 + 3 t) / (1 + t), t = Omega / (w + Omega) = 0.155, see `turned`
+SLOWER = 1.072
 SAFE = 0.9  # largest ratio of a step chosen by accuracy to the limits of the step
 MATTERS = 1e-2  # least compliance of a mode that counts, relative to the largest
 PER_PERIOD = 12.0  # rows of evidence per period of `fastest_line`
 FEWEST_ROWS = 160  # least number of rows of evidence in a run
 FEWEST_IN_PULSE = 10  # least steps of a pulse; fewer miss over 1 % of its impulse
 HARDLY = 0.7  # xi from which a mode hardly oscillates; a larger xi counts as this one
-RESOLVED = 1e-8  # error below which round-off dominates `frequency_error`; below, ~ x^2
+# `frequency_error` below which round-off dominates; smaller ones are taken as ~ x^2
+RESOLVED = 1e-8
 FEWEST_IN_RISE = 50  # least steps of a shape's rise; fewer miss a tenth of the impulse
 MOST_GROWTH = 0.05  # relative growth of a rigid casing's distortion per step: 3 % error
 
@@ -422,8 +424,8 @@ def step_asked(model: Model, scene: Scene) -> float:
     The step keeps `frequency_error` below `accuracy` for every mode of the rotor, with
     terms of rotation for every wave, see `turned`. It is at most `SAFE` of the limits
     by stability of both bodies, pulse, rotation, layer and wall. Modes with omega above
-    `rotor.reach`, which only a basis for all speeds has, need no accuracy: their omega
-    counts as `reach`.
+    the rotor's `reach`, which only a basis for all speeds has, need no accuracy: their
+    omega counts as `reach`.
     """
     rotor, accuracy = model.rotor, scene.solver.accuracy
     phases = [longest_phase(accuracy, float(ratio)) for ratio in rotor.ratios]
