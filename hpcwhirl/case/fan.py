@@ -43,6 +43,7 @@ MATERIALS = {  # {material: (Young's modulus, Pa; density, kg/m^3)}
 }
 RADIUS, SPEED = 0.5, 520.0  # tip radius, m, and full speed, rad/s, of the pattern
 PATTERN = Rotor()
+# casing of the pattern: m, m, rad/s
 RING = {"thickness": 0.0218, "width": 0.16, "support_frequency": 14.6}
 ROTOR_DAMPING, RING_DAMPING, FILM = 0.0104, 0.064, 0.03
 TIP_SPEED = 400.0  # m/s, at full speed

@@ -43,7 +43,7 @@ FOLDING = (
     "engine.file", "unbalance", "engine.rotation",
 )  # fmt: skip
 MOST_KEPT = 256  # number of cached settling times
-SOON = 0.7  # part of a run by whose end a certificate must be possible, to be sought
+SOON = 0.7  # largest settling time for which a certificate is sought / run
 NONE = np.zeros((0, 0))
 MOST_SECTORS = 32  # number of cached models of one sector
 
@@ -247,7 +247,7 @@ def folded_model(whole: Model, folds: int) -> Model:
     """
     foreign = whole.ring is not None and not isinstance(whole.ring, FourierOperator)
     if whole.blades % folds or foreign or not whole.rotor.cyclic or folds < 2:
-        msg = f"{whole.blades} blades and their casing do not fold {folds} times"
+        msg = f"{whole.blades} blades and their casing have no {folds} equal sectors"
         raise ModelError(msg)
     blades = whole.blades // folds
     rotor, lift = folded_body(whole.rotor, np.arange(2 * blades), folds)

@@ -1,4 +1,4 @@
-"""Speed and gap that change in time, and the intervals in which steps see them.
+"""Speed and gap that change in time, and their values in intervals of time steps.
 
 Omega(t) and theta(t), its integral, are closed forms of time, so that the blades' angle
 does not drift. The time integration has constant arrays in intervals of `every` steps,
