@@ -147,7 +147,7 @@ class Many:
         return wrong
 
     def _first_wrong(self, rule: Rule, inputs: tuple[str, ...], before: int) -> int:
-        """Return the number of the first case that breaks a rule, at most `before`.
+        """Return the number of the first case that breaks a rule, or `before`.
 
         inputs : full dotted names of the rule's inputs
         before : number of a case; only cases before it are examined
@@ -194,7 +194,7 @@ class Many:
     def _known(self, name: str, column: Column, cases: Array) -> Array:
         """Return the values of an input, up to the last one that `cases` have, (n,).
 
-        Later values may be invalid, so they are not converted to an array's type.
+        Values that only later cases have are left out, since they may be invalid.
 
         name, column : the input, and its column of values
         cases : numbers of cases

@@ -358,7 +358,7 @@ Preset = Annotated[str, BeforeValidator(_preset)]
 
 
 class Refine(TableModel):
-    """The table [refine]: where words of neighbouring cases differ, more are computed.
+    """The table [refine]: where words of neighbouring cases differ, cases are added.
 
     `scale`, `levels` and `resolution` are {full dotted input: value} for the inputs in
     `over`; one value in the file stands for all inputs.

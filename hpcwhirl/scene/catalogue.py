@@ -127,7 +127,7 @@ def _by_meaning(word: str) -> list[InputFact]:
 def _names_of_table(table: str) -> tuple[str, str, str]:
     """Return the names by which a user may ask for a table of inputs.
 
-    They are its full name, its last part, and its full name in brackets.
+    They are such as "engine.rotor", "rotor" and "[engine.rotor]".
     """
     return table, table.rpartition(".")[2], f"[{table}]"
 

@@ -20,7 +20,8 @@ from hpcwhirl.scene.quantities import LEAVES
 from hpcwhirl.scene.table import Cases, Column, OfCases, Table, listed
 
 REAL = frozenset(name for name, field in LEAVES if field.annotation is float)
-FIRST = min(name for name, _ in LEAVES if name not in LATER)  # first in every text
+# input that comes first in every hashed text
+FIRST = min(name for name, _ in LEAVES if name not in LATER)
 AT_ONCE = 1 << 16  # largest number of cases whose texts are in memory together
 KEY = 8  # leading bytes of a digest by which the index is sorted
 

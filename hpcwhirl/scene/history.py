@@ -20,7 +20,7 @@ LIKE = 'such as "speed = 300.0, 310.0"'
 
 
 def history_of(over: str, values: Sequence[float]) -> str:
-    """Return the input `history` of a case on a branch; "" for the first case of it.
+    """Return the text `history` of a case on a branch; "" for the branch's first case.
 
     over, values : input that the branch sweeps; its values in the preceding cases
     """

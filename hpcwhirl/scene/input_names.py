@@ -1,4 +1,4 @@
-"""Names and values as users write them: full dotted names of inputs, values in SI."""
+"""Names and values of inputs as users write them, made full dotted names and SI."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ from typing import Any
 
 from hpcwhirl.errors import shown
 
-MOST_BYTES = 1 << 20
+MOST_BYTES = 1 << 20  # largest file with a table
 Rows = list[tuple[float, ...]]
 TIME = "time"
 HARMONICS = "harmonic,amplitude,phase"

@@ -36,6 +36,7 @@ WHOLE = (  # (input of a rotor, value that it must have unless rotation is full)
     ("lost_blade", NO_BLADE),
     ("bearing", ""),
 )
+# inputs from which `last_end` follows
 LASTS = ("duration", "revolutions", "speed", "solver.until", "solver.longest")
 # inputs by which speed or gap change in time, and their values where they do not
 CHANGING = {"acceleration": 0.0, "speed_table": "", "gap_closure": 0.0, "gap_table": ""}

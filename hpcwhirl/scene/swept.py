@@ -23,7 +23,7 @@ from hpcwhirl.scene.units import measure
 if TYPE_CHECKING:
     from hpcwhirl.scene.table import Axis
 
-MOST_CASES = 10_000_000
+MOST_CASES = 10_000_000  # of a campaign
 LARGEST = 1e300  # largest number of a range, so that differences are finite
 _VALUES = "[values], {start, stop, step} or {start, stop, num}"
 KEYS = {  # {table: documentation of its keys, which are any inputs}

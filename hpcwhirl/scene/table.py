@@ -114,7 +114,7 @@ class Block(tuple[Axis, ...]):
 
 @dataclass(frozen=True)
 class Column:
-    """Values of one input in all cases, without an element for each case.
+    """The values of one input in all cases of a table, listed block by block.
 
     Attributes
     ----------
@@ -145,7 +145,7 @@ class Column:
         )
 
     def case_of(self, value: int) -> int:
-        """Return the number of the first case with `values[value]`."""
+        """Return the number of the first case whose value is `values[value]`."""
         inside = (self.first <= value) & (value < self.first + self.length)
         block = int(np.argmax(inside))
         before = (value - self.first[block]) * self.stride[block]
