@@ -49,7 +49,7 @@ MOST_SECTORS = 32  # number of cached models of one sector
 
 
 class Marched(NamedTuple):
-    """The scene and the model that are integrated, of all sectors or of one of g."""
+    """The scene and the model that are integrated: of all sectors, or of one only."""
 
     scene: Scene
     model: Model

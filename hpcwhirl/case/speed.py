@@ -163,9 +163,9 @@ def closure_at(scene: Scene, time: Any) -> Any:
 
 
 def laws_of(scene: Scene) -> tuple[Any, ...]:
-    """Return what sets a scene's speed and gap over time: (law, inputs of the gap ...).
+    """Return a scene's law of the speed, and each input that sets its gap over time.
 
-    A saved state must agree with it.
+    A saved state must agree with them.
     """
     gap = scene.gap, scene.gap_at, scene.gap_closure, scene.gap_time, scene.gap_table
     return law_of(scene), *gap
@@ -245,7 +245,7 @@ class Schedule:
         return law_of(self.scene)
 
     def gap(self, time: float) -> float:
-        """Return the gap at a time, s, after closure and growth of the tips, m."""
+        """Return the gap, m, at a time, s, with its closure and growth of the tips."""
         scene = self.scene
         gap = scene.gap - float(closure_at(scene, time))
         if self.law is not None and scene.gap_at == "rest":
