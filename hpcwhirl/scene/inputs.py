@@ -61,7 +61,7 @@ class Solver(Inputs):
 
     @property
     def flies(self) -> bool:
-        """Whether the scheme jumps to the next contact over steps without contact."""
+        """Whether the scheme jumps over steps in which no blade can touch."""
         return SCHEMES[self.scheme].flies
 
 

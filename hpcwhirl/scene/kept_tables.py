@@ -57,7 +57,7 @@ def kept_table(head: str, rows: Rows) -> str:
 
 
 def table_over_time(text: str, name: str) -> str:
-    """Return a table of speed or gap over time as the line of text of a scene.
+    """Return a table of speed or gap over time as the line of text that a scene stores.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def scaled(text: str, factor: float) -> str:
 
 
 def profile_table(text: str) -> str:
-    """Return the table of a casing's shape as the line of text of a scene.
+    """Return the table of a casing's shape as the line of text that a scene stores.
 
     text : name of a CSV file, or a table in one line, as "harmonic,amplitude,phase;
         2,1e-5,0"; "" is returned unchanged
@@ -127,7 +127,7 @@ def profile_table(text: str) -> str:
 
 
 def bearing_table(text: str) -> str:
-    """Return the table of a bearing over speed as the line of text of a scene.
+    """Return the table of a bearing over speed as the text that a scene stores.
 
     text : name of a CSV or TOML file, or such a line, which is only checked; "" is
         returned unchanged

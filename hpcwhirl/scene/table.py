@@ -84,7 +84,7 @@ class Axis:
 
 
 class Block(tuple[Axis, ...]):
-    """A grid of cases: every combination of values on its axes, the last one fastest.
+    """A grid of cases: all combinations of values on its axes, the last axis fastest.
 
     A block without axes has one case, which sets no input.
     """
@@ -177,7 +177,7 @@ class Table(OfCases[Settings]):
 
     @classmethod
     def of(cls, rows: Sequence[Mapping[str, Any]]) -> Table:
-        """Return the table of a list of cases, `rows`: {input: value} of each case."""
+        """Return the table of cases in a list, `rows`: {input: value} of each case."""
         if isinstance(rows, Table):
             return rows
         blocks = []
@@ -338,7 +338,7 @@ def value_at(column: Values, place: int) -> Any:
 
 
 def is_begun_by(whole: Axis, first: Axis) -> bool:
-    """Return whether the axis `whole` begins with all values of the axis `first`."""
+    """Return whether the values of the axis `whole` begin with those of `first`."""
     if whole.names != first.names or len(whole) < len(first):
         return False
     return whole.until(len(first)).plain() == first.plain()
