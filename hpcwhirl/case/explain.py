@@ -1,4 +1,4 @@
-"""Texts for users on what the plan of a case leaves out, and why that is safe."""
+"""Texts of `--explain`: what the plan of a case leaves out, and why that is safe."""
 
 from __future__ import annotations
 
@@ -16,7 +16,12 @@ from hpcwhirl.scene import Scene, apply_settings
 
 
 class Note(TypedDict):
-    """A part that the plan of a case leaves out: which, why that is safe, the gain."""
+    """Texts on a part of the model that a case's plan leaves out.
+
+    Attributes
+    ----------
+    left_out, why, saves : which part, why that is safe, and how much work it saves
+    """
 
     left_out: str
     why: str
@@ -47,9 +52,9 @@ def _truncation(case: Case) -> Note:
 
 
 def _spared(case: Case) -> str:
-    """Return a text: how many amplitudes remain, and the longest stable step.
+    """Return a text: how many modal amplitudes remain, and the longest stable step.
 
-    Both are also given for the model without truncation.
+    Both are also given for the model without truncation, if it can be computed.
     """
     scene = case.given
     few, limit = amplitudes(case.model), min(case.model.limits(scene.speed).values())
@@ -95,7 +100,7 @@ def _settling(scene: Scene, plan: Plan) -> Note:
 
 
 def notes_of(case: Case) -> list[Note]:
-    """Return a note on each part of the model that need not be computed for a case."""
+    """Return a `Note` on each part of the model that a case's plan leaves out."""
     scene, plan, notes = case.given, case.plan, []
     if scene.solver.truncation > 0.0 and has_families(scene):
         notes.append(_truncation(case))
@@ -115,7 +120,7 @@ def notes_of(case: Case) -> list[Note]:
 
 
 def facts_of_plan(case: Case) -> dict[str, object]:
-    """Return the facts on a case's plan that `model --json` shows under `plan`."""
+    """Return what `model --json` shows under `plan`: {name: fact on a case's plan}."""
     scene, model, plan, lean = case.reduced, case.model, case.plan, case.lean.model
     coordinates = {"rotor": len(model.rotor.omega)}
     further = 2 * model.blades * (model.each - 1)  # coordinates of contact points
@@ -143,10 +148,10 @@ def facts_of_plan(case: Case) -> dict[str, object]:
 
 
 def facts_of_file(rotor: ModalModel) -> dict[str, object]:
-    """Return whether the sectors of a rotor from file are equal, and their deviation.
+    """Return {name: fact} on whether the sectors of a rotor from file are equal.
 
-    `told` is a sentence with these facts; `deviation` is None if modes cannot be
-    paired, or if there are fewer than 3 blades.
+    `told` is a sentence with the other facts; `deviation`, of the sectors, is None if
+    modes cannot be paired, or if there are fewer than 3 blades.
     """
     symmetry = rotor.symmetry
     facts: dict[str, object] = {

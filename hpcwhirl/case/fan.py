@@ -1,7 +1,8 @@
-"""The scene of a fan from a few numbers: sections, shaft, ring, pulse by similarity.
+"""The scene of a fan from a few dimensions; `hpcwhirl new` writes it as a file.
 
-The pattern is the engine of `jobs/light_ring.toml`, the paper's rotor in a ring as
-light as the casings of fans, in which all regimes occur over speed and gap:
+Sections, shaft, ring and pulse follow by similarity from a pattern, the engine of
+`jobs/light_ring.toml`: the paper's rotor in a ring as light as the casings of fans, in
+which all regimes occur over speed and gap:
 
 - lengths and widths scale with the tip radius; thicknesses of blades, spokes and rim
   are also scaled until 1F at high nodal diameters has the given frequency: by default
@@ -16,7 +17,7 @@ light as the casings of fans, in which all regimes occur over speed and gap:
   period: with the modal mass m = pi R rho A (1 + 1/k^2) of an inextensional shape with
   k lobes, 2 F tau / (pi m) = 20 gap f_1F.
 
-The class `Checked` holds the properties of the resulting model.
+`Checked` has the properties of the resulting model, which are shown to the user.
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ MATERIALS = {  # {material: (Young's modulus, Pa; density, kg/m^3)}
 }
 RADIUS, SPEED = 0.5, 520.0  # tip radius, m, and full speed, rad/s, of the pattern
 PATTERN = Rotor()
+# casing of the pattern: m, m, rad/s
 RING = {"thickness": 0.0218, "width": 0.16, "support_frequency": 14.6}
 ROTOR_DAMPING, RING_DAMPING, FILM = 0.0104, 0.064, 0.03
 TIP_SPEED = 400.0  # m/s, at full speed
@@ -63,10 +65,10 @@ class Fan:
     ----------
     blades, radius : number of blades, and tip radius, m
     material, casing_material : keys of `MATERIALS`; "": the material of the blades
-    gap : m
-    full_speed : rad/s
-    frequency : frequency of 1F at high nodal diameters, Hz
-    lobes, friction : lobes of the load; Coulomb coefficient
+    gap : clearance of blade tips and casing, m
+    full_speed : largest speed of rotation, rad/s
+    frequency : frequency of 1F, first bending, at high nodal diameters, Hz
+    lobes, friction : number of lobes of the load; Coulomb coefficient
     """
 
     blades: int = 22
@@ -82,17 +84,17 @@ class Fan:
 
 @dataclass(frozen=True)
 class Checked:
-    """Properties of a fan that follow from its model.
+    """Properties of a fan that follow from its model, for the user to check.
 
     Attributes
     ----------
-    full_speed : rad/s
-    family : frequency of 1F at the highest nodal diameter, Hz
+    full_speed : largest speed of rotation, rad/s
+    family : frequency of 1F, first bending, at the highest nodal diameter, Hz
     suspension : frequency of the suspension mode, Hz; 0 if there is none
-    ring_mass : kg
+    ring_mass : mass of the casing ring, kg
     kick : speed that the pulse gives the crests of the ring's lobes, m/s
     closing : time in which the gap closes at the speed `kick`, s
-    reach : largest displacement of the ring without blades, in gaps
+    reach : largest displacement of the ring by the pulse without contact, in gaps
     """
 
     full_speed: float
@@ -105,7 +107,7 @@ class Checked:
 
     @property
     def share(self) -> float:
-        """Ratio of the frequency of 1F to the revolutions per second at full speed."""
+        """Ratio of the frequency of 1F to the revolutions a second at full speed."""
         return self.family * 2 * math.pi / self.full_speed
 
 
@@ -129,7 +131,7 @@ def scene_of_fan(fan: Fan) -> tuple[Scene, Checked]:
             return scene, _checked(scene, full, table)
         stiffer *= wanted / frequency
     raise InputError(
-        f"no thickness of the blades gives 1F at {wanted:.3g} Hz, "
+        f"no thickness of the blades gives 1F (first bending) at {wanted:.3g} Hz, "
         f"the last trial gave {frequency:.3g} Hz"
     )
 
@@ -149,14 +151,14 @@ def _check(fan: Fan) -> None:
 
 
 def _scene(fan: Fan, full: float, family: float, stiffer: float) -> Scene:
-    """Return the scene of a fan with blades `stiffer` times as thick as the pattern's.
+    """Return the scene of a fan for a trial thickness of its blades, disk and ring.
 
     Parameters
     ----------
     fan : dimensions of the fan
     full : full speed, rad/s
     family : frequency of 1F, Hz
-    stiffer : factor on the thicknesses of the scaled pattern
+    stiffer : trial factor on the thicknesses, in addition to the scaling with radius
     """
     scale, thicker = fan.radius / RADIUS, stiffer * fan.radius / RADIUS
     rotor = _rotor(fan, scale, thicker)
@@ -226,7 +228,7 @@ def _round(value: float) -> float:
 def _first(table: list[Line]) -> float:
     """Return the frequency, Hz, of 1F (first bending) at the highest nodal diameter.
 
-    table : lines of the modal table of rotor and casing
+    table : lines of the modal table of rotor and casing, one a mode
     """
     first = [line for line in table if line.body == "rotor" and line.family == "1F"]
     return max(first, key=lambda line: line.nodal_diameter).frequency_hz

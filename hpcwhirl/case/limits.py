@@ -1,7 +1,7 @@
 """Limits of a case's time step (stability, pulse, rotation, wall), and its step counts.
 
-A free mode of the time recursion (`dynamics.timestep`) moves as z^n. With x = w dt, z
-is a root of
+By the time recursion (`dynamics.timestep`) a free mode of frequency w and damping ratio
+xi is proportional to z^n at step n. With x = w dt, z is a root of
 
 (1 + xi x) z^2 - (2 - x^2) z + (1 - xi x) = 0,
 
@@ -33,14 +33,16 @@ from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
 MOST_KEPT = 32  # number of cached models, as in `reduction.model`
-SLOWER = 1.072  # see `turned`: largest (1 - t) (1 + 3 t) / (1 + t), at t = 0.155
+# largest (1 - t) (1 + 3 t) / (1 + t), t = Omega / (w + Omega) = 0.155, see `turned`
+SLOWER = 1.072
 SAFE = 0.9  # largest ratio of a step chosen by accuracy to the limits of the step
 MATTERS = 1e-2  # least compliance of a mode that counts, relative to the largest
 PER_PERIOD = 12.0  # rows of evidence per period of `fastest_line`
 FEWEST_ROWS = 160  # least number of rows of evidence in a run
 FEWEST_IN_PULSE = 10  # least steps of a pulse; fewer miss over 1 % of its impulse
 HARDLY = 0.7  # xi from which a mode hardly oscillates; a larger xi counts as this one
-RESOLVED = 1e-8  # error below which round-off dominates `frequency_error`; below, ~ x^2
+# `frequency_error` below which round-off dominates; smaller ones are taken as ~ x^2
+RESOLVED = 1e-8
 FEWEST_IN_RISE = 50  # least steps of a shape's rise; fewer miss a tenth of the impulse
 MOST_GROWTH = 0.05  # relative growth of a rigid casing's distortion per step: 3 % error
 
@@ -62,7 +64,11 @@ def check_limits(model: Model, scene: Scene) -> None:
 
 
 def check_points(model: Model, scene: Scene) -> None:
-    """Raise InputError if scheme, contact law or gap forbid several points per tip."""
+    """Raise InputError if several points per tip do not suit scheme, law or gap.
+
+    Scheme and contact law must allow several contact points, and the clearance of each
+    must not be negative.
+    """
     if model.rotor.points is None:
         return
     solver, each = scene.solver, f"with {model.each} contact points a tip"
@@ -79,7 +85,7 @@ def check_points(model: Model, scene: Scene) -> None:
     if not scene.gap >= least:
         raise InputError(
             f"gap must be >= {least:.6g} m, since rotor/tip_gap of engine.file "
-            f"{scene.engine.file} reduces it by that at one point, got {scene.gap:.6g}"
+            f"{scene.engine.file} reduces it by that at a point, got {scene.gap:.6g}"
         )
 
 
@@ -113,8 +119,8 @@ def _check_range(bearing: Bearing, speeds: tuple[float, ...]) -> None:
     for speed in speeds:
         if len(bearing.speeds) > 1 and not least <= abs(speed) <= most:
             raise InputError(
-                f"speed must be {least:.6g} to {most:.6g} rad/s, either way, as in the "
-                f"table of bearing, got {speed:.6g}"
+                f"speed must be {least:.6g} to {most:.6g} rad/s, in either direction, "
+                f"the range of the table of bearing, got {speed:.6g}"
             )
 
 
@@ -162,11 +168,11 @@ def check_supports(model: Model, scene: Scene) -> None:
 
 
 def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
-    """Return why an unbalance is refused on supports that make its orbit elliptic.
+    """Return where an unbalance is refused on supports that make its orbit elliptic.
 
-    The text is the end of a message; "": the unbalance is allowed.
+    The text is part of an error message; "": the unbalance is allowed.
 
-    own, scheme : the supports at the scene's speed; name of the integrator
+    own, scheme : the supports at the scene's speed; name of the scheme
     """
     where = "where supports differ by direction or have a film"
     if scheme == "paper":
@@ -179,7 +185,7 @@ def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
 
 
 def shortest_limits(model: Model, scene: Scene) -> dict[str, float]:
-    """Return {body: longest stable time step, s}, for all speeds of a scene."""
+    """Return {body: longest time step, s, that is stable at all speeds of a scene}."""
     slow, fast = (model.limits(speed) for speed in extremes(scene))
     return {body: min(slow[body], limit) for body, limit in fast.items()}
 
@@ -255,7 +261,7 @@ def wall_limits(scene: Scene) -> dict[str, float]:
     """Return {casing input: longest time step, s, that it allows}.
 
     The inputs are `growth`, `rise` and `profile_rise`, by which the casing's shape
-    changes in time; those that set no limit are absent.
+    changes in time, see `check_wall`; those that set no limit are absent.
     """
     casing, out = scene.engine.casing, {}
     if _shape_reach(scene, casing.profile_rise) > scene.gap:
@@ -276,10 +282,10 @@ def _places(scene: Scene, time: float) -> Floats:
 
 
 def _shape_reach(scene: Scene, time: float) -> float:
-    """Return the largest inward departure of the casing's full shape at a blade, m.
+    """Return how far the casing's shape at full size is inward at any blade, m.
 
-    It is 0 for a round casing. Blades are at their angles at `time`, s, and count as
-    undeflected, as in `_wall_reach`.
+    Inward is from the round casing, for which it is 0; it is negative if the shape is
+    outward at all blades. They are at their angles at `time`, s, and undeflected.
     """
     if is_round(scene):
         return 0.0
@@ -287,7 +293,7 @@ def _shape_reach(scene: Scene, time: float) -> float:
 
 
 def _wall_reach(scene: Scene) -> float:
-    """Return a rigid casing's largest inward distortion at a blade after its rise, m.
+    """Return how far a rigid casing is inward at any blade after its rise, m.
 
     Blades count as undeflected, since they hardly move during a rise that is too short.
     """
@@ -345,7 +351,7 @@ def check_layer(scene: Scene) -> None:
 
 
 def frequency_error(phase: float, ratio: float = 0.0) -> float:
-    """Return the relative error of a mode's frequency by central differences.
+    """Return the relative error of a mode's damped frequency by central differences.
 
     The numerical frequency w' follows from sin(w' dt / 2) = (x / 2) sqrt((1 - 2 xi^2 /
     (1 + s)) / s), s = sqrt(1 - xi^2 x^2); the exact one is w sqrt(1 - xi^2). Undamped,
@@ -384,9 +390,9 @@ def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
 
 
 def turned(omega: Floats, speed: float) -> Floats:
-    """Return frequencies, rad/s, at which modes at rest err as the waves at speed do.
+    """Return raised frequencies of modes for the choice of the time step, (m,), rad/s.
 
-    Each of m modes gets one, (m,).
+    A mode at rest of that frequency has the largest error of the waves at speed.
 
     Integrated by central differences, a wave e^{i w t} with stiffness K and Coriolis
     forces 2 Omega c, |c| <= 1, both per mass, satisfies
@@ -415,10 +421,10 @@ def step_asked(model: Model, scene: Scene) -> float:
     """Return the longest step that a scene's accuracy allows, s.
 
     The step keeps `frequency_error` below `accuracy` for every mode of the rotor, with
-    terms of rotation for every wave, see `turned`, and is at most `SAFE` of the limits
-    by stability of both bodies, pulse, rotation, layer and wall. Modes above `reach`,
-    which only a basis for all speeds has, need no accuracy: for them omega counts as
-    `reach`.
+    terms of rotation for every wave, see `turned`. It is at most `SAFE` of the limits
+    by stability of both bodies, pulse, rotation, layer and wall. Modes with omega above
+    the rotor's `reach`, which only a basis for all speeds has, need no accuracy: their
+    omega counts as `reach`.
     """
     rotor, accuracy = model.rotor, scene.solver.accuracy
     phases = [longest_phase(accuracy, float(ratio)) for ratio in rotor.ratios]
@@ -437,7 +443,7 @@ def step_asked(model: Model, scene: Scene) -> float:
 
 
 def fastest_line(model: Model, speed: float) -> float:
-    """Return the highest frequency, static frame, of modes that matter, rad/s.
+    """Return the highest frequency of the rotor that matters, rad/s, static frame.
 
     A mode matters if it has at least `MATTERS` of the largest modal compliance of the
     centre (of the tips, if no mode moves the centre) under a steady load. Its frequency
@@ -462,11 +468,11 @@ def _fastest(model: Model) -> float:
 
 
 def beat_of(model: Model, scene: Scene) -> int:
-    """Return the number of time steps between rows of evidence of a case.
+    """Return the number of time steps between two rows of evidence of a case.
 
-    A row is the state's numbers at one time, from which the word is determined later.
+    A row has numbers on the state at one time, from which the word is determined later.
 
-    It gives `PER_PERIOD` rows in a period of `fastest_line`, and depends on engine,
+    A period of `fastest_line` has `PER_PERIOD` rows. Their spacing depends on engine,
     speed, step and duration, never on the traces kept. A run has at least `FEWEST_ROWS`
     rows, so that its last 40 % has 64: the spacing of a short run follows from its
     duration alone.

@@ -1,7 +1,7 @@
 """Plans: which part of a scene's model is integrated, and until when.
 
-The part may be the model of one of g sectors that move alike: N / g blades, spread over
-a full circle by the angle g theta. A rotor of N equal blades at rest, a round ring at
+If g sectors move alike, only one is integrated: a model of N / g blades, spread over a
+full circle by the angle g theta. A rotor of N equal blades at rest, a round ring at
 rest and a load on k lobes are unchanged by a rotation of 2 pi / g, g = gcd(k, N); so is
 every later motion. Only nodal diameters and harmonics h = g h' ever move. In the angle
 g theta they are h' = h / g of N / g blades that turn with g Omega under a load on k / g
@@ -43,13 +43,13 @@ FOLDING = (
     "engine.file", "unbalance", "engine.rotation",
 )  # fmt: skip
 MOST_KEPT = 256  # number of cached settling times
-SOON = 0.7  # part of a run by whose end a certificate must be possible, to be sought
+SOON = 0.7  # largest settling time for which a certificate is sought / run
 NONE = np.zeros((0, 0))
 MOST_SECTORS = 32  # number of cached models of one sector
 
 
 class Marched(NamedTuple):
-    """A scene and its model as integrated: all sectors, or one of g that move alike."""
+    """The scene and the model that are integrated: of all sectors, or of one only."""
 
     scene: Scene
     model: Model
@@ -57,7 +57,7 @@ class Marched(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """The part of a model that is integrated, and until when.
+    """The part of a case's model that is integrated, and until when.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Plan:
 
 
 def folds_of(scene: Scene) -> int:
-    """Return the number g of sectors that move alike: gcd(k, N), k lobes, N blades.
+    """Return g, the number of sectors that move alike: gcd(k, N), k lobes, N blades.
 
     The gcd includes the harmonics of a casing that is not round. g is 1 with unequal
     sectors, an unbalance or a layer that wears, or if plan or scheme need all sectors.
@@ -154,7 +154,9 @@ def plan_of(scene: Scene, model: Model) -> Plan:
 def lean_of(scene: Scene, model: Model) -> Marched:
     """Return the scene and the model that are integrated.
 
-    They are those of one sector if g > 1 sectors move alike, else `scene` and `model`.
+    They are those of one sector if g > 1 sectors move alike, else those given.
+
+    model : the model of all sectors
     """
     folds = folds_of(scene)
     if folds == 1:
@@ -165,12 +167,12 @@ def lean_of(scene: Scene, model: Model) -> Marched:
 def folded_body(
     body: ModalModel, rows: NDArray[np.intp], folds: int
 ) -> tuple[ModalModel, Floats]:
-    """Return the modes of one sector, and the matrix from them to the whole body.
+    """Return the modes of one of g sectors, and the matrix from them to the whole body.
 
     Parameters
     ----------
-    body : modes of the whole body
-    rows : indices of its coordinates that belong to the sector
+    body : modes of the whole body, rotor or ring
+    rows : indices of its coordinates that the sector has
     folds : g, number of sectors
 
     Returns
@@ -188,10 +190,10 @@ def folded_body(
 
 
 def _folded_spin(spin: Spin, folds: int) -> Spin:
-    """Return the terms of rotation of one of g = `folds` sectors, by nodal diameter.
+    """Return the terms of rotation of one of g = `folds` sectors of the rotor.
 
-    They have no matrices of the whole rotor and no supports, since the centre is at
-    rest.
+    They are given by nodal diameter only, without matrices of the whole rotor, and
+    without supports, since the centre is at rest.
     """
     waves = tuple(_folded(own, folds) for own in spin.waves if own.k % folds == 0)
     return Spin(NONE, NONE, np.zeros(0), waves=waves, support=ROUND)
@@ -212,7 +214,7 @@ def _coordinates(operator: FourierOperator, folds: int) -> NDArray[np.intp]:
 
     The radial ones come first, then the tangential ones.
 
-    operator, folds : the ring, by harmonics; g, the number of sectors
+    operator, folds : the ring, given by harmonics; g, the number of sectors
     """
     harmonics = folds * np.arange(1, operator.harmonics // folds + 1)
     pairs = np.column_stack([2 * harmonics - 1, 2 * harmonics]).ravel()
@@ -222,7 +224,9 @@ def _coordinates(operator: FourierOperator, folds: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=MOST_SECTORS)
 def folded_model(whole: Model, folds: int) -> Model:
-    """Return the model of one of g = `folds` sectors, without the centre, which rests.
+    """Return the model of one of g = `folds` equal sectors, without the centre.
+
+    The centre rests.
 
     Raises
     ------
@@ -231,7 +235,7 @@ def folded_model(whole: Model, folds: int) -> Model:
     """
     foreign = whole.ring is not None and not isinstance(whole.ring, FourierOperator)
     if whole.blades % folds or foreign or not whole.rotor.cyclic or folds < 2:
-        msg = f"{whole.blades} blades and their casing do not fold {folds} times"
+        msg = f"{whole.blades} blades and their casing have no {folds} equal sectors"
         raise ModelError(msg)
     blades = whole.blades // folds
     rotor, lift = folded_body(whole.rotor, np.arange(2 * blades), folds)
@@ -249,7 +253,7 @@ def folded_scene(scene: Scene, folds: int) -> Scene:
     """Return the scene of one of g = `folds` sectors, which turns at g Omega.
 
     Its load has k / g lobes and the force F / g, its friction is the coefficient at
-    Omega. Its engine is still that of the whole model; only the radius is used.
+    Omega. Its engine, of which only the radius is used, is still that of the whole.
     """
     return scene.model_copy(
         update={

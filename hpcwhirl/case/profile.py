@@ -36,15 +36,17 @@ NEVER = 0  # step of the release of a casing that is not let go
 
 
 class Shape(NamedTuple):
-    """A casing's departure from round, a cos h theta + b sin h theta, outward.
+    """A casing's departure from a circle, sum of a cos h theta + b sin h theta, m.
+
+    It is > 0 outward; the arrays are read-only.
 
     Attributes
     ----------
     orders : (n,), orders h of its n harmonics, ascending
     cosine, sine : (n,), a and b, m
-    depth : m, largest departure inward at any angle; 0 where there is none
-    missed : m, largest difference between these harmonics and a table over angle, at
-        its angles; 0 for a table of harmonics
+    depth : m, largest departure inward at any angle; 0 if there is none
+    missed : m, largest difference between the harmonics and the user's table of the
+        shape over angle, at its angles; 0 for a table of harmonics
     """
 
     orders: NDArray[np.int64]
@@ -62,31 +64,39 @@ def is_round(scene: Scene) -> bool:
 
 
 def shape_of(scene: Scene) -> Shape:
-    """Return the shape of a scene's casing at full size, with its offset; read-only."""
+    """Return the shape of a scene's casing by profile and offset, both at full size."""
     casing = scene.engine.casing
     shift = casing.offset, casing.offset_angle
     return _shape(casing.profile, casing.profile_scale, *shift)
 
 
 def profile_of(scene: Scene) -> Shape:
-    """Return the casing's shape by its input `profile` alone, without the offset."""
+    """Return the shape of a scene's casing by its input `profile`, without offset."""
     casing = scene.engine.casing
     return _shape(casing.profile, casing.profile_scale, 0.0, 0.0)
 
 
 def offset_of(scene: Scene) -> Shape:
-    """Return the casing's shape by its offset alone, which stays after a release."""
+    """Return the shape of a scene's casing by its offset alone.
+
+    It stays when the casing is released from its profile.
+    """
     casing = scene.engine.casing
     return _shape("", 1.0, casing.offset, casing.offset_angle)
 
 
 def room_of(scene: Scene) -> float:
-    """Return the least gap over all angles, m; if gap changes in time, at the start."""
+    """Return the least gap of tips and casing over all angles, m, at the start.
+
+    Casing and tips are undeflected, the casing's shape has full size.
+    """
     return scene.gap - shape_of(scene).depth
 
 
 def departure(shape: Shape, angles: Floats) -> Floats:
-    """Return the outward departure of a shape from round at n angles, (n,), m.
+    """Return the departure of a casing's shape from a circle at n angles, (n,), m.
+
+    It is > 0 outward.
 
     angles : (n,), rad, static frame
     """
@@ -95,9 +105,9 @@ def departure(shape: Shape, angles: Floats) -> Floats:
 
 
 def departure_at_start(scene: Scene, angles: Floats) -> Floats:
-    """Return the casing's departure from round at n angles at time 0, (n,), m, outward.
+    """Return the casing's departure from a circle at time 0 at n angles, (n,), m.
 
-    The lobes of a rigid casing are included.
+    It is > 0 outward, and includes the lobes of a rigid casing.
 
     angles : (n,), rad, static frame
     """
@@ -127,7 +137,8 @@ def _shape(table: str, scale: float, offset: float, angle: float) -> Shape:
 def _series(table: str) -> dict[int, complex]:
     """Return the Fourier coefficients {h: a + i b}, m, of a casing's profile.
 
-    table : text of the input `profile`: harmonics, or departures over angle
+    table : text of the input `profile`: a table of harmonics, or of departures over
+        angle
     """
     rows = kept_rows(table)
     if table.startswith(HARMONICS):
@@ -198,9 +209,9 @@ def release_step(scene: Scene) -> int:
 
 
 def held_displacement(model: Model, scene: Scene) -> Floats:
-    """Return the displacement of a casing's n coordinates when it is released, (n,), m.
+    """Return the displacement of a casing, (n,), m, from which it swings when released.
 
-    It is that in the static frame.
+    It is that of the n coordinates of the casing's model, static frame.
 
     model : model of all sectors
     """
@@ -236,7 +247,7 @@ def check_release(model: Model, scene: Scene) -> None:
 
 
 def told_of_release(scene: Scene) -> tuple[float, ...]:
-    """Return the numbers of a casing's release that a saved state must match.
+    """Return the numbers of a casing's release, which must agree with a saved state's.
 
     They are the step of the release, then a and b of the profile's harmonics, m.
     """

@@ -1,4 +1,4 @@
-"""A case: a scene with its model, time step and plan, each computed once."""
+"""A case: a scene with its model, time step and plan, each computed at most once."""
 
 from __future__ import annotations
 
@@ -21,16 +21,18 @@ from hpcwhirl.store.models.engine_file import points_named
 
 @dataclass(frozen=True)
 class Case:
-    """A resolved scene; immutable, each property is computed once, on first use.
+    """A scene with the model, time step and plan by which it is integrated.
 
-    So the cost of a campaign with fixed steps needs no models, and the modes of a scene
-    that cannot be integrated can still be shown; `check` raises for such a scene.
+    A property is computed on first use. So the cost of a campaign with fixed steps
+    needs no models, and the modes of a scene that cannot be integrated can still be
+    shown; `check` raises for such a scene.
 
     Attributes
     ----------
     given : the scene as the user gave it, which identifies the case
-    own : model to use instead of the one computed from the scene; None: no such model
-    goes_on : whether the case begins with the last state of another, without a pulse
+    own : model to use; None: it is computed from the scene
+    goes_on : whether the case begins with the last state of another one, and without a
+        pulse
     """
 
     given: Scene
@@ -39,12 +41,12 @@ class Case:
 
     @cached_property
     def reduced(self) -> Scene:
-        """The scene with rotation chosen, and the modes that `truncation` allows."""
+        """The scene with rotation "auto" decided and modes chosen by `truncation`."""
         return with_truncation(with_rotation(self.given))
 
     @cached_property
     def model(self) -> Model:
-        """The whole model; cases of one engine and reduction share one object.
+        """The model of all sectors; cases of one engine and reduction share it.
 
         Raises
         ------
@@ -55,14 +57,17 @@ class Case:
 
     @cached_property
     def step(self) -> float:
-        """Time step, s: as given, or chosen for the accuracy by the model."""
+        """Time step, s: `time_step`, or chosen so that the model meets `accuracy`."""
         if self.given.solver.accuracy == 0.0:
             return self.given.solver.time_step
         return step_asked(self.model, self.reduced)
 
     @cached_property
     def growth(self) -> float:
-        """Radial growth at speed, m, of the tip that grows most; 0 without rotation."""
+        """Radial growth by rotation, m, of the tip that grows most.
+
+        It is 0 if the model has no terms of rotation.
+        """
         if self.model.rotor.spin is None:
             return 0.0
         return float(
@@ -71,13 +76,13 @@ class Case:
 
     @property
     def clearance(self) -> float:
-        """Clearance at speed, m, after radial growth; it may be negative."""
+        """Clearance of tips and casing at speed, m; < 0 if tips grow beyond the gap."""
         at_rest = self.given.gap_at == "rest"
         return self.given.gap - (self.growth if at_rest else 0.0)
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene with the modes, harmonics, step and clearance that are integrated.
+        """The scene that is integrated, with the chosen modes, step and clearance.
 
         Raises
         ------
@@ -106,7 +111,7 @@ class Case:
 
     @cached_property
     def plan(self) -> Plan:
-        """The plan: which part of the model is integrated, and until when."""
+        """Which part of the model is integrated, and until when."""
         return plan_of(self.reduced, self.model)
 
     @cached_property
@@ -121,12 +126,12 @@ class Case:
 
     @property
     def steps(self) -> float:
-        """Number of time steps to the end of the run."""
+        """Number of time steps to the end of the run, not rounded."""
         return self.given.end_time / self.step
 
     @property
     def cost(self) -> float:
-        """Predicted time on one core, s, if the run goes to its end."""
+        """Predicted computing time on one core, s, if the run goes to its end."""
         engine, name = self.given.engine, self.given.solver.scheme
         if engine.rotation != "none" and law_of(self.given) is not None:
             name = "general"
@@ -137,7 +142,7 @@ class Case:
         return float(self.steps * step)
 
     def check(self) -> None:
-        """Raise InputError if an input exceeds a limit, and name the limit."""
+        """Raise InputError, naming the limit, if the scene cannot be integrated."""
         check_tables(self.given)
         check_limits(self.model, self.scene)
 

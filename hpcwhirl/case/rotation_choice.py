@@ -1,6 +1,7 @@
-"""Choice whether a case has the terms of rotation, by how much they change its waves.
+"""Choice for `rotation = "auto"`: whether a case needs the terms of rotation.
 
-`rotation = "auto"` uses all terms or none, since softening alone makes blades unstable.
+It depends on how much they change the free waves of the rotor. All terms are used or
+none, since softening alone makes blades unstable.
 
 A free centre needs these terms at any speed: its orbit is fixed in the static frame,
 but without Coriolis forces would turn with the rotor, once per revolution. Even if
@@ -10,10 +11,11 @@ choice depends on the largest
 
 |s_full - s_none| / |s_none|
 
-at the case's speed over the waves that matter to the tips: those whose mode has at
-least `SEEN` of the largest compliance of the tips. The paper's critical speeds (Eq. 13)
-shift with their waves, and `gap` is the clearance at speed with either choice. A part
-of the difference comes from the bases of the two models, which differ, too.
+at the case's speed, with s_full the root with the terms and s_none without, over the
+waves that matter to the tips: those whose mode has at least `SEEN` of the largest
+compliance of the tips. The paper's critical speeds (Eq. 13) shift with their waves, and
+`gap` is the clearance at speed with either choice. A part of the difference comes from
+the bases of the two models, which differ, too.
 """
 
 from __future__ import annotations
@@ -45,13 +47,12 @@ Pair = tuple[str, complex, complex]  # name of a wave, its s or conj(s) in both 
 
 
 class Change(NamedTuple):
-    """The largest change that the terms of rotation make to a wave.
+    """The free wave of a rotor that the terms of rotation change most, and by how much.
 
     Attributes
     ----------
-    share : |s_full - s_none| / |s_none|, s the root of the wave that changes most in
-        the two models
-    wave : name of this wave
+    share : |s_full - s_none| / |s_none|, s the root of the wave with and without terms
+    wave : name of the wave, such as "1F of k = 1"
     none, full : its frequency without and with the terms, rad/s, rotating frame; > 0:
         turns with the rotation
     """
@@ -63,13 +64,14 @@ class Change(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """The choice of rotation auto for a case, none or full, and its reason.
+    """What rotation "auto" means for a case, "none" or "full", and why.
 
     Attributes
     ----------
     rotation : "none" or "full"
-    needed : what requires full: an input or `FREE`; "" if the estimate decides
-    change : the estimate; None if it does not decide
+    needed : what requires full: an input or a free centre (`FREE`); "" if the change of
+        waves decides
+    change : that change; None if it does not decide
     limit : largest relative change at which the terms of rotation are left out
     """
 
@@ -110,7 +112,7 @@ def needing(scene: Scene) -> str:
 
 
 def choice_of(scene: Scene) -> Choice:
-    """Return the choice of rotation auto for a scene, none or full, and its reason.
+    """Return what rotation "auto" means for a scene, "none" or "full", and why.
 
     The attribute `limit` is `LEFT_OUT`, or `solver.accuracy` if that is smaller.
 
@@ -141,7 +143,7 @@ def _turned(scene: Scene, rotation: str) -> Scene:
 
 
 def with_rotation(scene: Scene) -> Scene:
-    """Return the scene with rotation auto replaced by none or full."""
+    """Return the scene with rotation "auto" replaced by "none" or "full"."""
     if scene.engine.rotation != "auto":
         return scene
     return apply_settings(scene, {"engine.rotation": choice_of(scene).rotation})
@@ -169,7 +171,9 @@ def _change(rest: Model, turning: Model, speed: float) -> Change:
 
 
 def _seen(body: ModalModel, blades: int) -> NDArray[np.bool_]:
-    """Return which of a rotor's m modes matter to the compliance of its tips, (m,).
+    """Return, for each of a rotor's m modes, whether it moves the tips enough, (m,).
+
+    Its modal compliance must be at least `SEEN` of the largest one.
 
     body, blades : modes of the rotor; N, the number of its blades
     """
@@ -184,7 +188,7 @@ def _by_diameter(
 ) -> Iterator[Pair]:
     """Yield (name, root without, root with terms of rotation) of each wave.
 
-    A root is the s, 1/s, of its free motion e^{s t}.
+    The root of a wave is the s, 1/s, of its free motion e^{s t}.
 
     The rotor has equal sectors; only waves that matter to the tips are compared. The
     sorted frequencies of a nodal diameter keep their order at all speeds, so that the
@@ -213,10 +217,10 @@ def _grouped(lines: list[WaveLine]) -> dict[int, list[WaveLine]]:
 
 
 def _middle(lines: list[WaveLine], rank: int, k: int) -> list[WaveLine]:
-    """Return the waves of a rank: for k > 0 two, counted from the middle of `lines`.
+    """Return the waves of one rank: for k > 0 a backward and a forward one, else one.
 
     lines : waves of nodal diameter k, sorted by frequency, the backward ones first
-    rank : number of the pair, outward from 0; for k = 0 number of the single wave
+    rank : number of the pair, outward from the middle; for k = 0 number of the wave
     """
     half = len(lines) // 2
     return [lines[rank]] if k == 0 else [lines[half - 1 - rank], lines[half + rank]]
@@ -231,8 +235,8 @@ def _of_whole(
 ) -> Iterator[Pair]:
     """Yield (name, root without, root with terms of rotation) of each mode.
 
-    A root is the s, 1/s, of its free motion e^{s t}. The function is for unequal
-    sectors, whose modes have no nodal diameter and are compared by frequency.
+    The root of a mode is the s, 1/s, of its free motion e^{s t}. The function is for
+    unequal sectors, whose modes have no nodal diameter and are paired by frequency.
 
     rest, turning : modes of the rotor without and with these terms; speed : Omega
     """

@@ -1,4 +1,4 @@
-"""Speed and gap that change in time: their laws, and the intervals of a march.
+"""Speed and gap that change in time, and their values in intervals of time steps.
 
 Omega(t) and theta(t), its integral, are closed forms of time, so that the blades' angle
 does not drift. The time integration has constant arrays in intervals of `every` steps,
@@ -36,8 +36,8 @@ class SpeedLaw:
     Attributes
     ----------
     kind : linear, smooth, decay or table
-    start, end : rad/s; the speed is held once it has reached `end`
-    rate : rad/s^2, dOmega/dt: mean of a smooth change, initial of a decay
+    start, end : speeds, rad/s; once it has reached `end`, the speed is held
+    rate : rad/s^2, dOmega/dt: of a smooth change the mean, of a decay the initial value
     times, speeds : s, rad/s, rows of a table, between which the speed is linear
     """
 
@@ -57,7 +57,7 @@ class SpeedLaw:
         return time if time > 0.0 else math.inf
 
     def speed(self, time: Any) -> Any:
-        """Return Omega, rad/s, at times, s."""
+        """Return the speed Omega, rad/s, at times, s, of any shape."""
         t, lasts = np.asarray(time, dtype=float), self.lasts
         if self.kind == "table":
             return np.interp(t, self.times, self.speeds)
@@ -70,7 +70,7 @@ class SpeedLaw:
         return self.start + half * (1.0 - np.cos(math.pi * t / lasts))
 
     def angle(self, time: Any) -> Any:
-        """Return theta, the integral of Omega from 0, rad, at times, s."""
+        """Return the angle theta, rad, the integral of Omega from 0 to times, s."""
         t, lasts = np.asarray(time, dtype=float), self.lasts
         if self.kind == "table":
             return self._angle_by_table(t)
@@ -94,7 +94,7 @@ class SpeedLaw:
         return np.asarray(begun[i] + 0.5 * (speeds[i] + self.speed(t)) * (t - times[i]))
 
     def range_until(self, time: float) -> tuple[float, float]:
-        """Return the least and the largest Omega up to a time, rad/s."""
+        """Return the least and the largest Omega, rad/s, from 0 to a time, s."""
         inside = [t for t in self.times if t < time]
         found = self.speed(np.array([0.0, *inside, time]))
         return float(found.min()), float(found.max())
@@ -108,7 +108,7 @@ class SpeedLaw:
 
 
 def law_of(scene: Scene) -> SpeedLaw | None:
-    """Return the law of a scene's speed; None where it is constant."""
+    """Return a scene's speed as a function of time; None where it is constant."""
     if scene.speed_table:
         times, speeds = zip(*kept_rows(scene.speed_table), strict=True)
         return SpeedLaw("table", speeds[0], times=times, speeds=speeds)
@@ -128,9 +128,9 @@ def changes(scene: Scene) -> bool:
 
 
 def angle_at(scene: Scene, time: Any, step: float = 1.0) -> Any:
-    """Return the rotor's angle, rad, at a time; it is 0 at time 0.
+    """Return the angle by which the rotor has turned since time 0, rad.
 
-    time, step : the time in units of `step`; this unit, s
+    time, step : time in units of `step`, of any shape; this unit, s
     """
     law = law_of(scene)
     return scene.speed * time * step if law is None else law.angle(time * step)
@@ -143,7 +143,7 @@ def speed_at(scene: Scene, time: Any) -> Any:
 
 
 def extremes(scene: Scene) -> tuple[float, float]:
-    """Return a scene's speeds, signed, of least and of largest magnitude, rad/s."""
+    """Return a run's speeds of least and of largest magnitude, with sign, rad/s."""
     law = law_of(scene)
     if law is None:
         return scene.speed, scene.speed
@@ -152,7 +152,7 @@ def extremes(scene: Scene) -> tuple[float, float]:
 
 
 def closure_at(scene: Scene, time: Any) -> Any:
-    """Return by how much the gap has closed at times, m, without growth of the tips.
+    """Return how far the input gap has closed since time 0, m, apart from tip growth.
 
     time : s, of any shape
     """
@@ -163,16 +163,20 @@ def closure_at(scene: Scene, time: Any) -> Any:
 
 
 def laws_of(scene: Scene) -> tuple[Any, ...]:
-    """Return a scene's law of the speed, and the inputs that set its gap over time."""
+    """Return a scene's law of the speed, and each input that sets its gap over time.
+
+    A saved state must agree with them.
+    """
     gap = scene.gap, scene.gap_at, scene.gap_closure, scene.gap_time, scene.gap_table
     return law_of(scene), *gap
 
 
 @lru_cache(maxsize=MOST_KEPT)
 def growth_of(model: Model) -> Callable[[float], float]:
-    """Return the function from a speed to the growth of the tip that grows most, m.
+    """Return a function from a speed, rad/s, to the growth of the tip that grows most.
 
-    See `reduction.waves.tip_growth`.
+    The growth is radial, m, by rotation, as in `reduction.waves.tip_growth`; what does
+    not depend on the speed is computed once.
     """
     body, spin = model.rotor, model.rotor.terms
     own = np.flatnonzero(body.diameter == 0) if body.cyclic else slice(None)
@@ -191,18 +195,18 @@ def growth_of(model: Model) -> Callable[[float], float]:
 
 
 class Interval(NamedTuple):
-    """Constants of speed, angle and gap in an interval of the time integration.
+    """Constants of speed, rotor angle and gap in an interval of the time integration.
 
     Attributes
     ----------
     speed : rad/s, mean Omega from half a step before the start to half a step before
         the end
     rate : rad/s^2, mean dOmega/dt
-    turn : rad/s, mean rate of the angle in the interval
-    first : rad/s, rate of the angle's parabola at the start of the interval
+    turn : rad/s, mean rate of the rotor's angle theta in the interval
+    first : rad/s, rate of theta, a parabola in time t, at the start of the interval
     since : s, start of the interval
     ahead, bend : rad, rad/s^2: theta = first t + ahead + bend (t - since)^2
-    gap, opening : m, gap at the start; m/s, its rate
+    gap, opening : m, gap at the start of the interval; m/s, its rate
     """
 
     speed: float
@@ -218,11 +222,11 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class Schedule:
-    """The intervals of a time integration in which speed or gap change.
+    """The intervals into which a run with a changing speed or gap is divided.
 
     Attributes
     ----------
-    scene, model : scene and model of all sectors; scene.gap is that at time 0
+    scene, model : scene and model as integrated; scene.gap is the gap at time 0
     every : number of steps of an interval
     straight : whether the angle is linear in an interval, as is required for a ring
         that is integrated in the rotor's frame
@@ -235,11 +239,11 @@ class Schedule:
 
     @cached_property
     def law(self) -> SpeedLaw | None:
-        """The law of the speed over time; None: the speed is constant."""
+        """The speed as a function of time; None: it is constant."""
         return law_of(self.scene)
 
     def gap(self, time: float) -> float:
-        """Return the gap at a time, m."""
+        """Return the gap, m, at a time, s, with its closure and growth of the tips."""
         scene = self.scene
         gap = scene.gap - float(closure_at(scene, time))
         if self.law is not None and scene.gap_at == "rest":
@@ -248,7 +252,7 @@ class Schedule:
         return gap
 
     def interval(self, number: int) -> Interval:
-        """Return the interval that begins with step number * every."""
+        """Return the constants of the interval that begins with step number * every."""
         step = self.scene.solver.time_step
         since, until = number * self.every * step, (number + 1) * self.every * step
         lasts = until - since
@@ -270,21 +274,21 @@ class Schedule:
 
     @cached_property
     def _ahead(self) -> Floats:
-        """The least gap from the start of each interval to the end, (intervals,), m."""
+        """The least gap from the start of each interval to the run's end, m, (n,)."""
         count = math.ceil(self.scene.end_times[-1] / self.scene.solver.time_step)
         times = np.arange(count // self.every + 2) * self.every
         gaps = [self.gap(t * self.scene.solver.time_step) for t in times.tolist()]
         return np.minimum.accumulate(gaps[::-1])[::-1]
 
     def least_gap(self, steps: int) -> float:
-        """Return the least gap, m, from a time step, `steps`, to the end."""
+        """Return the least gap, m, from time step number `steps` to the run's end."""
         return float(self._ahead[min(steps // self.every, len(self._ahead) - 1)])
 
 
 def schedule_of(scene: Scene, model: Model) -> Schedule | None:
-    """Return the intervals of a scene's integration; None: constant speed and gap.
+    """Return the intervals of a run; None if its speed and gap are constant.
 
-    scene, model : scene and model of all sectors, as integrated
+    scene, model : scene and model as integrated
     """
     if not changes(scene):
         return None
@@ -292,9 +296,10 @@ def schedule_of(scene: Scene, model: Model) -> Schedule | None:
 
 
 def rides(scene: Scene, model: Model) -> bool:
-    """Return whether the casing is integrated in the rotor's frame.
+    """Return whether a run with intervals integrates the casing in the rotor's frame.
 
-    Only a casing given by harmonics can be.
+    It is unless it consists of elements, the rotor has terms of rotation, or the scheme
+    is `paper`.
     """
     apart = model.rotor.spin is not None or scene.solver.scheme == "paper"
     return not (apart or scene.engine.casing.discretization == "elements")
@@ -333,7 +338,7 @@ def _shortest(scene: Scene) -> float:
 
 
 def check_change(scene: Scene, model: Model) -> None:
-    """Raise InputError where a change of speed or gap in time is not allowed."""
+    """Raise InputError if speed or gap change in time in a way that is not allowed."""
     if not changes(scene):
         return
     law = law_of(scene)
@@ -349,9 +354,9 @@ def check_change(scene: Scene, model: Model) -> None:
 
 
 def check_tables(scene: Scene) -> None:
-    """Raise InputError where speed_table or gap_table begins at another speed or gap.
+    """Raise InputError if speed_table or gap_table does not begin at `speed` or `gap`.
 
-    scene : as given
+    scene : the scene as the user gave it
     """
     for name in ("speed", "gap"):
         table, value = getattr(scene, f"{name}_table"), getattr(scene, name)

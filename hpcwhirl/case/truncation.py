@@ -1,7 +1,7 @@
-"""Estimate of the error of a truncated model in a contact, and choice of modes by it.
+"""Choice of the modes of rotor and ring, by an estimated error without the others.
 
-A blade's tip and the ring near it are struck by unit impulses. The tip's radial motion
-then is
+For the estimate, a blade's tip and the ring near it are struck by unit impulses. The
+tip's radial motion then is
 
 r(t) = sum_m g_m e^{-xi_m w_m t} sin(w_d t) / w_d,
 
@@ -69,12 +69,12 @@ HARMONICS = (4, 6, 8, 12, 20, 40, 80, FINEST)
 
 
 class Missed(NamedTuple):
-    """Estimated relative errors of a motion due to truncation.
+    """Estimated relative errors of a motion due to modes that are left out.
 
     Attributes
     ----------
-    rotor, ring : error after a strike, due to the truncation of each body
-    load : error under the pulse, due to the truncation of the ring
+    rotor, ring : error after a strike, due to modes left out of each body
+    load : error under the pulse, due to modes left out of the ring
     """
 
     rotor: float
@@ -88,14 +88,16 @@ class Missed(NamedTuple):
 
 
 def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floats:
-    """Return n motions, (n, TIMES), m, of a body after a unit impulse, 1 N s.
+    """Return n motions, (n, TIMES), m, of a body struck by a unit impulse, 1 N s.
+
+    They are sampled at `TIMES` times, to `WINDOW` after the impulse.
 
     Parameters
     ----------
     body : the body, with m modes
     weights : (n, m), 1/kg, for each motion the product of the modal shapes where the
         impulse acts and where the motion is observed
-    chosen : (m,), whether a mode moves
+    chosen : (m,), whether a mode takes part in the motions
     """
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
     omega = np.maximum(body.omega[chosen], 1e-3 / WINDOW)  # free modes: w near 0
@@ -106,16 +108,22 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
 
 
 class Wheel(NamedTuple):
-    """A rotor given by inputs, or by the path of its file and the content's digest."""
+    """A rotor given by inputs, or by an engine file.
+
+    Attributes
+    ----------
+    rotor : inputs of the rotor
+    file, content : path of the engine file, and SHA-256 of its content; "": no file
+    """
 
     rotor: Rotor
     file: str
     content: str
 
     def casing(self, casing: Casing) -> tuple[str, str]:
-        """Return (path, digest) of the engine file if it gives the casing, too.
+        """Return (path, SHA-256) of the engine file if the casing is read from it, too.
 
-        ("", "") for any other casing.
+        For any other casing, return ("", "").
         """
         return (
             (self.file, self.content) if casing.discretization == "file" else ("", "")
@@ -127,7 +135,10 @@ class Wheel(NamedTuple):
         return self.rotor.blades
 
     def model(self, modes: int) -> ModalModel:
-        """Return the rotor with `modes` fixed-interface modes, if it has matrices."""
+        """Return the reduced rotor with `modes` fixed-interface modes.
+
+        A rotor from file that has no matrices is returned as it is.
+        """
         if self.file:
             return file_model(self.file, self.content, self.rotor, modes)
         return rotor_model(self.rotor, modes)
@@ -140,9 +151,9 @@ def _wheel(scene: Scene) -> Wheel:
 
 @lru_cache(maxsize=64)
 def _most_modes(wheel: Wheel) -> int:
-    """Return the number of all fixed-interface modes of a rotor.
+    """Return the number of fixed-interface modes of the rotor taken as the reference.
 
-    It is at most `FINEST_FAMILIES` for each of the N blades.
+    These are all modes, but at most `FINEST_FAMILIES` for each of the N blades.
     """
     rotor, most = wheel.rotor, FINEST_FAMILIES * wheel.blades
     if wheel.file:
@@ -154,10 +165,12 @@ def _most_modes(wheel: Wheel) -> int:
 
 @lru_cache(maxsize=512)
 def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
-    """Return the motion of a struck tip, (2, TIMES), radial and tangential, m.
+    """Return the motion of a tip after a unit impulse, (2, TIMES), m.
 
-    wheel, modes, folds : the rotor; number of its fixed-interface modes; g, see the
-        module
+    Row 0 is radial, by a radial impulse, row 1 tangential, by a tangential one.
+
+    wheel, modes : the rotor, and the number of its fixed-interface modes
+    folds : g; only nodal diameters that it divides are struck
     """
     body = wheel.model(modes)
     weights = [folds * (rows**2).mean(axis=0) for rows in tip_rows(body, wheel.blades)]
@@ -166,10 +179,13 @@ def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
 
 @lru_cache(maxsize=1024)
 def _ring(casing: Casing, radius: float, folds: int, source: tuple[str, str]) -> Floats:
-    """Return the radial motion of a struck ring, (TIMES,), m; 0 for a rigid casing.
+    """Return the radial motion of a ring where a unit impulse strikes it, (TIMES,), m.
+
+    It is 0 for a rigid casing.
 
     radius : of the ring, m
-    folds, source : g, see the module; result of `Wheel.casing`
+    folds : g; only harmonics that it divides are struck
+    source : (path, SHA-256) of the file that gives the ring, or ("", "")
     """
     if casing.kind == "rigid":
         return np.zeros(TIMES)
@@ -182,28 +198,34 @@ def _ring(casing: Casing, radius: float, folds: int, source: tuple[str, str]) ->
 
 
 def truncation_error(scene: Scene) -> float:
-    """Return the estimated relative error of a motion due to the modes left out.
+    """Return the estimated relative error of motions due to the modes left out.
 
     Parameters
     ----------
-    scene : a scene with `has_families`
+    scene : a scene of equal sectors, whose casing is no ring of elements
     """
     return left_out(scene).error
 
 
 def left_out(scene: Scene) -> Missed:
-    """Return the error of a motion due to the modes left out of rotor and of ring.
+    """Return the estimated errors due to modes left out of the rotor and of the ring.
 
     Parameters
     ----------
-    scene : a scene with `has_families`
+    scene : a scene of equal sectors, whose casing is no ring of elements
     """
     casing, modes = scene.engine.casing, scene.solver.modes
     return _missed(_wheel(scene), casing, modes, Load.of(scene))
 
 
 class Load(NamedTuple):
-    """The load: its lobes, its duration in s, and the friction coefficient."""
+    """The loads on which the estimate depends: pulse and friction.
+
+    Attributes
+    ----------
+    lobes, pulse : number of lobes of the pulse, and its duration, s
+    friction : coefficient of friction
+    """
 
     lobes: int
     pulse: float
@@ -211,7 +233,7 @@ class Load(NamedTuple):
 
     @classmethod
     def of(cls, scene: Scene) -> Load:
-        """Return the load of a scene; without a force, one of infinite duration."""
+        """Return the loads of a scene; a pulse without force lasts for ever."""
         pulse = scene.pulse if scene.force else math.inf
         return cls(scene.nodal_diameter, pulse, scene.coefficient)
 
@@ -220,9 +242,12 @@ class Load(NamedTuple):
 def _pushed(
     casing: Casing, radius: float, source: tuple[str, str], lobes: int, pulse: float
 ) -> Floats:
-    """Return the motion (TIMES,), m, of a ring's crest under a pulse of 1 N s.
+    """Return the motion of a ring's crest under a pulse of 1 N s, (TIMES,), m.
 
-    radius, source : m; result of `Wheel.casing`
+    A crest is where a lobe of the pulse is strongest; there is no contact.
+
+    radius : of the ring, m
+    source : (path, SHA-256) of the file that gives the ring, or ("", "")
     lobes, pulse : number of lobes of the pulse, and its duration, s
     """
     body, operator = casing_model(casing, radius, source)
@@ -239,9 +264,10 @@ def _pushed(
 
 
 def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
-    """Return weight |part| / |whole|, |.| the norm over time; nothing overflows.
+    """Return weight |part| / |whole| of two motions, |.| the norm over time.
 
-    It is 0 if both motions are 0, for a body too stiff or too heavy to move.
+    It is 0 if both motions are 0, for a body too stiff or too heavy to move. Nothing
+    overflows.
 
     part, whole : motions over time, m
     """
@@ -253,10 +279,12 @@ def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
 
 
 def _of_load(casing: Casing, whole: Casing, wheel: Wheel, load: Load) -> float:
-    """Return the relative error, by truncation, of a casing's motion under the load.
+    """Return the relative error of a casing's motion under the pulse, without contact.
 
-    casing, whole : the truncated casing, and the casing with all its harmonics
-    wheel, load : the rotor, for its radius; the load
+    It is due to the harmonics left out of the casing.
+
+    casing, whole : the casing with and without harmonics left out
+    wheel, load : the rotor, of which the radius is used; the pulse
     """
     absent = casing.kind == "rigid" or math.isinf(load.pulse)
     if absent or load.lobes > casing.harmonics:  # too many lobes are refused later
@@ -289,7 +317,7 @@ def _missed(wheel: Wheel, casing: Casing, modes: int, load: Load) -> Missed:
 
 @one_thread()
 def with_truncation(scene: Scene) -> Scene:
-    """Return the scene with the modes that meet its truncation error, if it sets one.
+    """Return the scene with the modes that its input `truncation` > 0 requires.
 
     The rotor gets the fewest families of fixed-interface modes with which its part of
     the estimate is at most `TO_ROTOR` of the allowed error. The ring gets the fewest

@@ -47,7 +47,7 @@ def is_unbalanced(scene: Scene) -> bool:
 
 
 def released_moment(model: Model) -> complex:
-    """Return the unbalance m e, x + i y, kg m, that the loss of a blade causes.
+    """Return the unbalance m e, as x + i y, kg m, that the loss of a blade causes.
 
     Omega^2 times it is the force at the centre that does the same work as the missing
     centrifugal load, on the static deflection caused by a force at the centre.
@@ -61,9 +61,10 @@ def released_moment(model: Model) -> complex:
 
 
 def circle(model: Model, scene: Scene) -> Floats | None:
-    """Return the rotor's steady displacement without contact; None if balanced.
+    """Return the rotor's steady displacement by unbalance without contact.
 
-    On supports that differ by direction it is the constant part, x_1 of this module.
+    It is None for a balanced rotor. On supports that differ by direction it is the
+    constant part x_1, to which `swing` is added.
 
     Returns
     -------
@@ -78,7 +79,7 @@ def circle(model: Model, scene: Scene) -> Floats | None:
 
 
 def swing(model: Model, scene: Scene) -> Complexes | None:
-    """Return the part of the rotor's steady motion that turns at 2 Omega, (n,), m.
+    """Return the part of the steady motion by unbalance that turns at 2 Omega, (n,), m.
 
     In the rotating frame the rotor moves by Re(xi e^{2 i Omega t}), xi the result,
     about `circle`, in the same n coordinates. None if the rotor is balanced, or if the
@@ -91,10 +92,10 @@ def swing(model: Model, scene: Scene) -> Complexes | None:
 
 
 def steady_at(model: Model, scene: Scene, time: float) -> Floats:
-    """Return the rotor's steady displacement without contact, (n,), m, rotating frame.
+    """Return the rotor's steady displacement by unbalance at a time, s, (n,), m.
 
-    It follows from `circle` and `swing`, in their n coordinates, at a time, s; 0
-    without an unbalance.
+    There is no contact. The rotating frame and the n coordinates are those of `circle`
+    and `swing`, from which it follows; it is 0 without an unbalance.
     """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
@@ -134,9 +135,10 @@ def _circle(
 def _circle_in_film(
     model: Model, spin: Spin, force: complex, speed: float
 ) -> tuple[Floats, Complexes]:
-    """Return the steady motion in a squeeze film as `circle` and `swing` describe it.
+    """Return (circle, swing), the steady motion by unbalance, with a squeeze film.
 
-    The film's damping is that at the radius of the circle of the centre.
+    The film's damping depends on the radius of the centre's circle, and is that at the
+    radius that results.
 
     force, speed : F_x + i F_y, N, rotating frame; Omega, rad/s
     """
@@ -187,7 +189,7 @@ def reach_of(model: Model, scene: Scene) -> float:
 
 
 def share_at_start(model: Model, scene: Scene) -> float:
-    """Return the rotor's initial displacement divided by that on its circle, 0 to 1.
+    """Return the part of the steady displacement by unbalance at the start, 0 to 1.
 
     It is 0 if a blade is lost, since the rotor was balanced before.
     """
@@ -203,7 +205,7 @@ def share_at_start(model: Model, scene: Scene) -> float:
 
 
 def check_unbalance(model: Model, scene: Scene) -> None:
-    """Raise InputError if the circle, without contact, exceeds the amplitude limit."""
+    """Raise InputError if unbalance alone moves tips to the amplitude limit."""
     places = circle(model, scene)
     if places is None:
         return
@@ -228,7 +230,7 @@ def check_unbalance(model: Model, scene: Scene) -> None:
 
 
 def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
-    """Return the circle at the scene's speed as `model --json` shows it.
+    """Return the facts on the circle of an unbalance that `model --json` shows.
 
     Returns
     -------

@@ -1,7 +1,7 @@
 """Inputs of cases and campaigns as frozen data in SI units, their TOML, and tables.
 
-Its tables list the words of cases (such as "damped"), quantities, schemes of time
-integration, presets of solver inputs, and named engines.
+The tables list the words that a case may get (such as "damped"), all quantities, the
+schemes of time integration, the presets of solver inputs, and the built-in engines.
 """
 
 from hpcwhirl.scene.case_digest import content_digest, digest

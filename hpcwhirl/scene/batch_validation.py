@@ -1,8 +1,8 @@
-"""Validation of all cases of a campaign's table without building a `Scene` for each.
+"""Validation of the inputs of all cases of a campaign, without a `Scene` for each.
 
 Each value of an input is checked once, however many cases have it. The rules between
-inputs, see `rules`, are evaluated for all cases at once, on columns of values.
-The error is that of `scene_from` for the first case that breaks a rule.
+inputs (module `rules`) are evaluated on arrays with one element per case. The error is
+that which the `Scene` of the first invalid case would raise.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ STRICT = ConfigDict(strict=True)
 
 
 def end_times(get: Columns) -> Any:
-    """Return the simulated time of each case's run, s, see `Scene.end_time`.
+    """Return the simulated time at which each case ends, s, as `Scene.end_time` does.
 
-    get : function from an input's name to its values in the cases
+    get : function from an input's name to its value, a scalar or (cases,)
     """
     return end_time(get("duration"), get("revolutions"), get("speed"))
 
@@ -45,9 +45,10 @@ def end_times(get: Columns) -> Any:
 def _rules(
     model: type[Inputs] = Scene, prefix: str = ""
 ) -> Iterator[tuple[tuple[str, ...], Rule]]:
-    """Yield (full dotted names of inputs, rule between them) of a table of inputs.
+    """Yield (full dotted names of its inputs, rule) of each rule of a table of inputs.
 
-    The rules of the tables inside it are included; prefix : the table's dotted name
+    model : class of the table; rules of the tables inside it are included
+    prefix : dotted name of the table and a dot, such as "engine."; "" for `Scene`
     """
     for rule in model.RULES:
         yield tuple(prefix + name for name in rule.inputs), rule
@@ -68,9 +69,9 @@ def _adapter(name: str) -> TypeAdapter[Any]:
 
 
 def first_refused(name: str, values: Values) -> int:
-    """Return the index of the first of `values` that is invalid for an input; -1: none.
+    """Return the index of the first value that an input does not allow; -1: none.
 
-    name : full dotted name of the input
+    name, values : full dotted name of the input; n values of it
     """
     try:
         _adapter(name).validate_python(listed(values))
@@ -80,12 +81,15 @@ def first_refused(name: str, values: Values) -> int:
 
 
 class Many:
-    """The cases of a campaign as columns: one array of values per input.
+    """All cases of a campaign: for each input that cases set, a column of its values.
+
+    Conditions on inputs are evaluated on columns, for all cases at once. A case is
+    named by its number in the table, from 0.
 
     Parameters
     ----------
     base : scene with the inputs that all cases share
-    table : the inputs that each case sets
+    table : {input: value} that each case sets
     """
 
     def __init__(self, base: Scene, table: Table) -> None:
@@ -95,7 +99,10 @@ class Many:
         self._known_numbers: dict[str, Array] = {}
 
     def numbers(self, name: str, values: Values) -> Array:
-        """Return n values of an input as an array, (n,); of each list, its length."""
+        """Return n values of an input as an array, (n,), on which conditions work.
+
+        Of an input that is a list, the array has the length of each list.
+        """
         if takes_list(name):
             return np.array([len(value) for value in values])
         if isinstance(values, np.ndarray):
@@ -104,7 +111,7 @@ class Many:
         return np.array(values, dtype=object if words else None)
 
     def chunks(self) -> Iterator[Array]:
-        """Yield the numbers of all cases in arrays of at most `AT_ONCE` cases."""
+        """Yield the case numbers, from 0 on, in arrays of at most `AT_ONCE` numbers."""
         most = len(self.table)
         for start in range(0, most, AT_ONCE):
             yield np.arange(start, min(start + AT_ONCE, most))
@@ -117,9 +124,9 @@ class Many:
             raise WhirlError(f"case {wrong} breaks a rule that its scene does not have")
 
     def first_wrong(self) -> int:
-        """Return the number of the first case with invalid inputs, if there is any.
+        """Return the number, from 0, of the first case with invalid inputs.
 
-        Otherwise return the number of cases.
+        If the inputs of all cases are valid, return how many cases there are.
         """
         wrong = self._first_wrong_value()
         for inputs, rule in RULES:
@@ -127,9 +134,10 @@ class Many:
         return wrong
 
     def _first_wrong_value(self) -> int:
-        """Return the number of the first case with an input that is invalid by itself.
+        """Return the number of the first case with a value that its input disallows.
 
-        Return the number of cases if all values are valid.
+        Rules between inputs do not count. If all values are valid, return how many
+        cases there are.
         """
         wrong = len(self.table)
         for name, column in self.columns.items():
@@ -139,9 +147,10 @@ class Many:
         return wrong
 
     def _first_wrong(self, rule: Rule, inputs: tuple[str, ...], before: int) -> int:
-        """Return the first case below `before` that breaks a rule, else `before`.
+        """Return the number of the first case that breaks a rule, or `before`.
 
         inputs : full dotted names of the rule's inputs
+        before : number of a case; only cases before it are examined
         """
         swept = {n: self.columns[n] for n in inputs if n in self.columns}
         cases = self.table.first_of(swept)
@@ -157,9 +166,10 @@ class Many:
         return before if wrong is None else wrong
 
     def first_where(self, holds: Condition, inputs: tuple[str, ...]) -> int | None:
-        """Return the number of the first case that meets a condition, else None.
+        """Return the number of the first case that meets a condition; None: no case.
 
-        holds : condition, a function of the columns `inputs`
+        holds : condition; its argument is a function from an input's name to values
+        inputs : full dotted names of the inputs on which the condition depends
         """
         swept = (n for n in inputs if n in self.columns)
         return self._first(self.table.first_of(swept), holds)
@@ -167,9 +177,11 @@ class Many:
     def _first(
         self, chosen: Array, holds: Condition, values: dict[str, Array] | None = None
     ) -> int | None:
-        """Return the first of the cases `chosen` that meets a condition, else None.
+        """Return the first of some cases that meets a condition; None: no case.
 
-        holds, values : the condition, a function; {input: its values, see `numbers`}
+        chosen : numbers of the cases
+        holds : condition; its argument is a function from an input's name to values
+        values : {input that cases set: array of its values}; None: those of the table
         """
         for start in range(0, len(chosen), AT_ONCE):
             cases = chosen[start : start + AT_ONCE]
@@ -180,25 +192,33 @@ class Many:
         return None
 
     def _known(self, name: str, column: Column, cases: Array) -> Array:
-        """Return an input's values as an array, up to the last one that `cases` use.
+        """Return the values of an input, up to the last one that `cases` have, (n,).
 
-        name, column : the input, and its column of values; cases : numbers of cases
+        Values that only later cases have are left out, since they may be invalid.
+
+        name, column : the input, and its column of values
+        cases : numbers of cases
         """
         most = 1 + int(column.codes(cases).max())
         return self.numbers(name, column.values[:most])
 
     def values(self, name: str) -> Array:
-        """Return an input's value in every case, (cases,); of a list, its length."""
+        """Return the value of an input in every case, (cases,).
+
+        Of an input that is a list, it is the list's length.
+        """
         cases = np.arange(len(self.table))
         return np.broadcast_to(self.all(cases)(name), cases.shape)
 
     def all(self, cases: Array, numbers: Mapping[str, Array] | None = None) -> Columns:
-        """Return a function from an input's name to its values in some cases.
+        """Return a function from an input's name to its values in m cases.
+
+        It returns an array, (m,), or one value for an input that all cases share.
 
         Parameters
         ----------
-        cases : numbers of the cases
-        numbers : {swept input: its values, see `numbers`}; None: values of the table
+        cases : (m,), numbers of the cases
+        numbers : {input that cases set: array of its values}; None: from the table
         """
 
         def get(name: str) -> Any:
@@ -217,17 +237,17 @@ class Many:
         return self._known_numbers[name]
 
     def last_ends(self) -> Iterator[Array]:
-        """Yield the latest simulated times at which cases may end, s, by `chunks`."""
+        """Yield for each of `chunks` the latest times at which its cases may end, s."""
         for cases in self.chunks():
             ends = last_end(*map(self.all(cases), LASTS))
             yield np.broadcast_to(ends, cases.shape)
 
     def labels(self, names: Iterable[str], cases: Array | None = None) -> Array:
-        """Return an integer for each of m cases, (m,), equal where inputs are equal.
+        """Return a label of each of m cases, (m,), equal where some inputs are equal.
 
         Parameters
         ----------
-        names : the inputs; an input that no case sets is ignored
+        names : the inputs to compare; an input that no case sets is ignored
         cases : (m,), numbers of cases; None: all
         """
         parts = []
@@ -239,9 +259,10 @@ class Many:
         return labels(parts, chosen)
 
     def first_of(self, cases: Array, names: Iterable[str]) -> list[int]:
-        """Return the first of `cases` with each combination of values of some inputs.
+        """Return of each combination of values of some inputs the first case's number.
 
-        names : the inputs; lists of the same length count as equal. Cases ascend
+        cases : numbers of the cases to compare, ascending
+        names : the inputs; two lists of the same length count as equal values
         """
         swept = [(n, self.columns[n]) for n in names if n in self.columns]
         parts = [
@@ -253,9 +274,9 @@ class Many:
         return [int(case) for case in cases[first]]
 
     def kinds(self, names: Iterable[str]) -> Array:
-        """Return the first case with each combination of values of some inputs, sorted.
+        """Return of each combination of values of some inputs the first case's number.
 
-        names : the inputs
+        All cases are compared; the numbers ascend.
         """
         swept = [name for name in names if name in self.columns]
         cases = self.table.first_of(swept)
@@ -263,7 +284,10 @@ class Many:
         return cases[np.sort(np.unique(kind, return_index=True)[1])]
 
     def twice(self) -> tuple[int, int] | None:
-        """Return numbers of a case and the first case equal to it; None: all differ."""
+        """Return the numbers of two cases with equal inputs; None: all cases differ.
+
+        The first number is the lower one.
+        """
         if self._is_plain_product():
             return None
         _, first, kind = np.unique(
@@ -273,7 +297,10 @@ class Many:
         return (int(first[kind[again[0]]]), int(again[0])) if len(again) else None
 
     def _is_plain_product(self) -> bool:
-        """Return whether the cases are a grid of single inputs without equal values."""
+        """Return whether cases are a grid of which no axis has a value twice.
+
+        Then all cases differ. Each axis must have a single input.
+        """
         blocks = self.table.blocks
         if len(blocks) != 1 or any(len(axis.names) > 1 for axis in blocks[0]):
             return False

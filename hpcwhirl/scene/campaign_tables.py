@@ -1,4 +1,7 @@
-"""The tables that only a campaign file has, as frozen, validated data."""
+"""The tables [campaign], [sample], [refine], [twins] and [branch] of a campaign's file.
+
+Each table is a class whose fields are its keys; its objects are frozen and validated.
+"""
 
 from __future__ import annotations
 
@@ -77,9 +80,9 @@ def _path(text: str) -> str:
 
 
 def _statuses(given: Any) -> Any:
-    """Return the set of statuses of cases in a text or list of texts.
+    """Return the statuses of cases in the key `retry`, such as "failed,timeout".
 
-    Statuses, such as "failed", are separated by commas.
+    given : text, or list of texts, of statuses separated by commas
     """
     texts = [given] if isinstance(given, str) else given
     if not isinstance(texts, list) or not all(isinstance(one, str) for one in texts):
@@ -93,7 +96,10 @@ def _statuses(given: Any) -> Any:
 
 
 class Campaign(TableModel):
-    """The table [campaign]: how a campaign is run. No case's motion depends on it."""
+    """The table [campaign]: where a campaign is stored, its limits, and its outputs.
+
+    No case's motion depends on it.
+    """
 
     # fmt: off
     out: Annotated[str, AfterValidator(_path)] = key("campaign",
@@ -130,13 +136,16 @@ class Campaign(TableModel):
     # fmt: on
 
     def with_options(self, other: Campaign) -> Campaign:
-        """Return the table, its keys overridden by those that `other` sets."""
+        """Return the table of a file with the keys replaced that options give.
+
+        other : table with the keys that are given as options of the command
+        """
         return self.model_copy(
             update={name: getattr(other, name) for name in other.model_fields_set}
         )
 
     def pictures(self, cases: int) -> set[str]:
-        """Return which of "map" and "page" a campaign of `cases` cases gets."""
+        """Return which of "map" and "page" (report.html) are made for `cases` cases."""
         report = {"auto": cases <= MOST_ON_PAGE, "yes": True, "no": False}[self.report]
         wanted = {"map": self.map == "yes", "page": report}
         return {name for name, asked in wanted.items() if asked}
@@ -166,10 +175,10 @@ def _spread(given: Any) -> dict[str, float]:
 
 
 class TwinsTable(TableModel):
-    """The table [twins]: perturbed copies of cases, which show how certain a word is.
+    """The table [twins]: copies of cases with slightly changed inputs.
 
-    A word is the answer for a case, such as "damped". `spread` is {full dotted input:
-    largest relative change}.
+    The share of a case's twins that get its word, such as "damped", shows how certain
+    the word is. `spread` is {full dotted input: largest relative change}.
     """
 
     # fmt: off
@@ -198,7 +207,7 @@ class TwinsTable(TableModel):
         return self
 
     def as_plan(self) -> dict[str, Any]:
-        """Return the table's plain data for a plan, from which it can be restored."""
+        """Return the table as plain data for the file of a campaign's plan."""
         return self.model_dump(exclude=set() if self.of == "even" else {"sample"})
 
 
@@ -227,10 +236,10 @@ def _laws(given: Mapping[str, Any]) -> dict[str, Law]:
 
 
 class SampleTable(TableModel):
-    """The table [sample]: how inputs are drawn at random.
+    """The table [sample]: inputs drawn at random, and how.
 
     `laws` is {full dotted input: its distribution} in the order of the file. In the
-    file, an input is a key of this table, beside the keys `method`, `seed`, ...
+    file, such an input is itself a key of the table, as are `method`, `seed`, ...
     """
 
     # fmt: off
@@ -245,12 +254,17 @@ class SampleTable(TableModel):
     laws: Annotated[dict[str, Any], BeforeValidator(_laws)] = key(...,
         parameters(),
         f"{{{KEY}, and its parameters}}")
-    tuned: bool = _flag("also compute the tuned engine at each point, before its draws")
+    tuned: bool = _flag(
+        "also compute the tuned engine, with equal blades, at each point of the sweep, "
+        "before its draws")
     # fmt: on
 
     @classmethod
     def of(cls, given: Any) -> Self:
-        """Return the validated table [sample] of parsed TOML; raise as `read` does."""
+        """Return the validated table [sample] of parsed TOML.
+
+        Errors are those of `TableModel.read`.
+        """
         table = as_table("[sample]", given)
         keys = {n: v for n, v in table.items() if n in cls.model_fields and n != "laws"}
         laws = {n: v for n, v in table.items() if n not in keys}
@@ -324,9 +338,10 @@ def _level(_: str, given: Any, __: Mapping[str, Any]) -> int:
 
 
 def _resolution(name: str, given: Any, scales: Mapping[str, Any]) -> float:
-    """Return the finest step of an input, in SI, or relative on a logarithmic scale.
+    """Return the finest grid step of a refined input, in SI; on a log scale, relative.
 
-    given, scales : the step in the file; {full dotted input: "log" or another scale}
+    name, given : full dotted name of the input; its step as written in the file
+    scales : {full dotted input: "log" or "linear"}
     """
     if scales.get(name) == "log":
         given = told_of(f"[refine] resolution of {name}", lambda: in_si(given, "1"))
@@ -343,7 +358,7 @@ Preset = Annotated[str, BeforeValidator(_preset)]
 
 
 class Refine(TableModel):
-    """The table [refine]: inputs whose grid is refined where words of cases differ.
+    """The table [refine]: where words of neighbouring cases differ, cases are added.
 
     `scale`, `levels` and `resolution` are {full dotted input: value} for the inputs in
     `over`; one value in the file stands for all inputs.
@@ -351,8 +366,8 @@ class Refine(TableModel):
 
     # fmt: off
     over: Annotated[tuple[str, ...], BeforeValidator(_over)] = key(...,
-        "refined inputs; each combination of other swept inputs is a panel, refined by "
-        "itself",
+        "inputs whose grid is refined; each combination of the other swept inputs is a "
+        "panel, refined separately",
         f"one to {MOST_OVER} numeric inputs of [sweep]")
     scale: dict[str, Any] = key({},
         "scale on which cells are halved",
@@ -364,27 +379,31 @@ class Refine(TableModel):
         "finest step of the refined grid; relative on a log scale, 0.05 is 5 percent",
         "a number > 0, or {input = number}; instead of levels")
     words: Literal["regime", "whirl", "both", "attractor", "branch"] = key("regime",
-        "cells are split where these differ at their corners; attractor: regime, or "
-        "orbit, whirl and energy or growth; branch: the regime along [branch]")
+        "what must differ between the corners of a cell for it to be split; attractor: "
+        "regime, or orbit, whirl and energy or growth; branch: the regime along "
+        "[branch]")
     speckle: int = key(2,
         "number of levels after which a cell is speckle if most of its parts are still "
         "mixed; speckle is not split further",
         "a whole number of levels, 0 for never", ge=0, le=MOST_LEVELS)
     budget: Annotated[dict[str, float], BeforeValidator(_budget)] | None = key(None,
-        "limit of what is computed, coarse cells first",
+        "limit of cases or of computing time; coarse cells are split first",
         "{cases = N} or {core_hours = H}")
     first: Preset | None = key(None,
-        "preset of all cases except those that confirm boundaries",
+        "preset of all cases except those that confirm boundaries of words",
         "a preset")
     confirm: Preset | None = key(None,
-        "preset with which cases at boundaries are computed again",
+        "preset with which cases at boundaries of words are computed again",
         "a preset")
     # fmt: on
 
     @field_validator("scale", "levels", "resolution", mode="before")
     @classmethod
     def _of_each(cls, given: Any, info: ValidationInfo) -> dict[str, Any]:
-        """Return {input: checked value} of a key with a table, or one value for all."""
+        """Return {full dotted input: checked value} of scale, levels or resolution.
+
+        given : {input: value}, or one value for all inputs in `over`
+        """
         over: Sequence[str] = info.data.get("over", ())
         what = info.field_name or ""
         values = given if isinstance(given, Mapping) else dict.fromkeys(over, given)
@@ -422,7 +441,10 @@ MOST_POINTS = 1000  # most cases of a branch: each stores the values of all befo
 
 
 class BranchTable(TableModel):
-    """The table [branch]: sweeps in which a case begins where the last one ended."""
+    """The table [branch]: sweeps in which a case begins where the one before ended.
+
+    Its initial state is the last state of the case at the preceding value.
+    """
 
     # fmt: off
     over: Annotated[str, BeforeValidator(_input)] = key(...,

@@ -21,7 +21,7 @@ MOST_BYTES = 2**31  # largest engine file: 16 matrices of 4,000 coordinates
 
 
 def content_digest(file: str) -> str:
-    """Return the SHA-256 of a file's bytes, "" for no file."""
+    """Return the SHA-256 of an engine file's bytes, hexadecimal; "" if file is ""."""
     if not file:
         return ""
     try:
@@ -39,7 +39,7 @@ def content_digest(file: str) -> str:
 def check_bytes(file: str, size: int) -> None:
     """Raise InputError for an engine file of more than `MOST_BYTES`.
 
-    file, size : its name, and its size in bytes, of a sparse file with its holes
+    file, size : its name; its size in bytes, in which holes of a sparse file count
     """
     if size > MOST_BYTES:
         msg = f"{FILE} {file} must have at most {MOST_BYTES} bytes, got {size}"
@@ -72,7 +72,7 @@ def digest(scene: Scene, content: str | None = None) -> str:
 def digest_of(values: Mapping[str, Value], content: str) -> str:
     """Return a case's SHA-256 from its inputs and the content of its engine file.
 
-    values, content : {dotted input: value}; `content_digest` of the file
+    values, content : {dotted input: value} of all inputs; `content_digest` of the file
     """
     told = [PHYSICS_VERSION, without_defaults(values), read_as(content)]
     text = json.dumps(told, sort_keys=True)
@@ -80,16 +80,17 @@ def digest_of(values: Mapping[str, Value], content: str) -> str:
 
 
 def without_defaults(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return inputs without those of `LATER` that have their default value.
+    """Return the inputs that a case's digest contains, {dotted input: value}.
 
-    `LATER` are inputs added to the program later; so older digests remain valid.
+    Inputs that were added after the first release, `LATER`, are left out if they have
+    their default value; so older digests remain valid.
     """
     return {n: v for n, v in values.items() if n not in LATER or v != default_of(n)}
 
 
 def read_as(content: str) -> str:
-    """Return the part of a case's digest for its engine file, "" without a file.
+    """Return the text that stands for an engine file in a case's digest; "" for none.
 
-    It is the file's SHA-256, `content`, and the version of the program's reading of it.
+    It is the file's SHA-256, `content`, and `READING`, the version of its reader.
     """
     return content and f"{content} {READING}"

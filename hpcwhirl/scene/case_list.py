@@ -1,4 +1,4 @@
-"""The table [[cases]] of a campaign, in its file or as a CSV file of its own."""
+"""Cases that a user lists one by one: [[cases]] of a campaign's file, or a CSV file."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ VARIABLES = {variable_name(name): name for name in INPUTS}
 
 
 def listed_cases(given: Any, folder: Path | str = "") -> list[dict[str, Value]]:
-    """Return {full dotted input: value} of each case of [[cases]].
+    """Return {full dotted input: value in SI} of each listed case.
 
     Parameters
     ----------
-    given : the tables, or the name of a CSV file, see `cases_in_file`
+    given : parsed tables [[cases]], or the name of a CSV file, see `cases_in_file`
     folder : directory to which a relative name refers; "": the working directory
 
     Raises
@@ -44,7 +44,7 @@ def listed_cases(given: Any, folder: Path | str = "") -> list[dict[str, Value]]:
 
 
 def cases_in_file(path: Path) -> list[dict[str, Value]]:
-    """Return {full dotted input: value} of each row of a CSV file.
+    """Return {full dotted input: value in SI} of each case in a CSV file, one a line.
 
     The header names inputs as in a TOML file or in results, with the unit of the column
     if it is not SI: ``speed [rpm],gap [mm],friction``. An empty cell keeps the value
@@ -84,7 +84,9 @@ def cases_in_file(path: Path) -> list[dict[str, Value]]:
 def _columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
     """Return (full dotted input, unit or "") of each column of a CSV file of cases.
 
-    It is ("", "") for a column `case`; heads : texts of the header
+    A column `case`, which is ignored, gives ("", "").
+
+    heads, path : cells of the file's first line; the file, for messages
     """
     found: list[tuple[str, str]] = []
     for head in heads:
@@ -109,7 +111,7 @@ def _columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
 def _row(
     columns: list[tuple[str, str]], cells: list[str], where: str
 ) -> dict[str, Value]:
-    """Return {full dotted input: value} that a line of a CSV file gives to a case.
+    """Return {full dotted input: value in SI} of the case in one line of a CSV file.
 
     Parameters
     ----------

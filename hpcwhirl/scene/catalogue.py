@@ -1,6 +1,7 @@
-"""Catalogue of inputs for users: table, default, unit, allowed values and meaning.
+"""Catalogue of all inputs and campaign keys, which `hpcwhirl inputs` prints.
 
-It is derived from the fields of `scene.inputs.Scene` and of the tables' models.
+It has the default, unit, allowed values and meaning of each, derived from the fields of
+`scene.inputs.Scene` and of the classes in `scene.campaign_tables`.
 """
 
 from __future__ import annotations
@@ -30,12 +31,12 @@ OWN_RATIO = get_args(OwnRatio)[-1]  # validator that marks fields of this type
 
 @dataclass(frozen=True)
 class InputFact:
-    """One input of a scene, or key of a campaign's table.
+    """What users are told of one input of a scene, or key of a campaign's table.
 
     Attributes
     ----------
-    name : name in its table
-    table : name of its table in TOML files
+    name : name of the input or key in its table
+    table : dotted name of that table in TOML files
     default : default value; None: no default
     unit : unit, "" for none
     meaning : explanation without the unit
@@ -60,9 +61,9 @@ def catalogue() -> dict[str, InputFact]:
 
 @cache
 def design_tables() -> dict[str, list[InputFact]]:
-    """Return {table: its keys as `InputFact`} of tables that only a campaign file has.
+    """Return {table: its keys} of tables that only a campaign's file has.
 
-    The key `<input>` stands for the name of any input.
+    In [sweep], [zip], [[cases]] and [sample], the key `<input>` is that of any input.
     """
     found = {table: [_told(table, INPUT, told)] for table, told in SWEPT.items()}
     for table, model in TABLES.items():
@@ -82,9 +83,10 @@ def _told(table: str, name: str, told: Key, default: Any = None) -> InputFact:
 
 
 def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
-    """Return the inputs that a word names: a table, an input, or a word of meanings.
+    """Return the inputs that `hpcwhirl inputs WORD` prints.
 
-    Meanings are searched only if no table or input has that name.
+    They are those in a table, or with a name, `word`; if there is none, those whose
+    meaning contains it.
 
     Parameters
     ----------
@@ -112,7 +114,7 @@ def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
 
 
 def _by_meaning(word: str) -> list[InputFact]:
-    """Return the inputs whose meaning has a word, or else those whose rules have it."""
+    """Return the inputs whose meaning contains a word, else those whose rules do."""
     if word.lower() in OTHERWISE or len(word) < SHORTEST:
         return []
     wanted = re.compile(rf"\b{re.escape(word)}s?\b", re.IGNORECASE)
@@ -125,7 +127,7 @@ def _by_meaning(word: str) -> list[InputFact]:
 def _names_of_table(table: str) -> tuple[str, str, str]:
     """Return the names by which a user may ask for a table of inputs.
 
-    They are its full name, its last part, and its full name in brackets.
+    They are such as "engine.rotor", "rotor" and "[engine.rotor]".
     """
     return table, table.rpartition(".")[2], f"[{table}]"
 

@@ -20,7 +20,7 @@ RIGID = "rigid"
 
 @dataclass(frozen=True)
 class ContactLaw:
-    """Properties of a contact law.
+    """A law of contact between tips and casing: rigid, or with a layer that wears.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class ContactLaw:
 
 @dataclass(frozen=True)
 class FrictionLaw:
-    """Properties of a friction law.
+    """A law of friction: how Coulomb's coefficient depends on the sliding speed.
 
     Attributes
     ----------
@@ -91,18 +91,18 @@ FRICTIONS = "; ".join(f"{law.name}: {law.meaning}" for law in _FRICTION)
 
 
 def rods_around(edge: Any, radius: Any, rods: Any) -> Any:
-    """Return M, the number of elastic rods that form the layer around the casing.
+    """Return M, the number of rods into which the layer on the casing is divided.
 
-    edge, radius : m, length of a tip's edge, and radius of the casing
-    rods : rods under a tip. All are scalars or (cases,), as M is
+    edge, radius : m, length of a tip's edge along the casing; radius of the casing
+    rods : number of rods under one edge. All are scalars or (cases,), as M is
     """
     return (2 * math.pi * radius * rods / edge + 0.5) // 1
 
 
 def is_known(law: Any, scheme: Any) -> Any:
-    """Return whether a scheme can integrate a contact law.
+    """Return whether a scheme can integrate a contact law: a bool, or (cases,).
 
-    law, scheme : names, or arrays of names (cases,)
+    law, scheme : names of the law and of the scheme, or arrays of names, (cases,)
     """
     found: Any = False
     for one in _TABLE:
@@ -112,7 +112,7 @@ def is_known(law: Any, scheme: Any) -> Any:
 
 
 def refused(law: str, scheme: str) -> str:
-    """Return the message that refuses a scheme with a contact law."""
+    """Return the error message for a scheme that cannot integrate a contact law."""
     return (
         f"scheme must be {either(LAWS[law].schemes)} where casing.contact_law is "
         f"{law}, got '{scheme}'"

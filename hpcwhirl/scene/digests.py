@@ -1,4 +1,4 @@
-"""SHA-256 digests of the inputs of many cases that differ in a few inputs."""
+"""SHA-256 digests of the cases of a campaign, most of whose inputs are equal."""
 
 from __future__ import annotations
 
@@ -20,21 +20,22 @@ from hpcwhirl.scene.quantities import LEAVES
 from hpcwhirl.scene.table import Cases, Column, OfCases, Table, listed
 
 REAL = frozenset(name for name, field in LEAVES if field.annotation is float)
-FIRST = min(name for name, _ in LEAVES if name not in LATER)  # first in every text
+# input that comes first in every hashed text
+FIRST = min(name for name, _ in LEAVES if name not in LATER)
 AT_ONCE = 1 << 16  # largest number of cases whose texts are in memory together
 KEY = 8  # leading bytes of a digest by which the index is sorted
 
 
 class Digests:
-    """Function from the inputs that a case sets to the case's SHA-256.
+    """A function from {input: value} that a case sets to the SHA-256 of the case.
 
-    Each value of an input is checked once.
+    Each value of an input is checked once, and then remembered.
 
     Parameters
     ----------
     base : scene with the inputs that all cases share
-    contents : {engine file: SHA-256} when the campaign was planned; other files are
-        read now
+    contents : {engine file: SHA-256 of its content when the campaign was planned};
+        other files are read now
     """
 
     def __init__(self, base: Scene, contents: Mapping[str, str]) -> None:
@@ -60,7 +61,7 @@ class Digests:
         return self._digest(values)
 
     def planned(self, settings: Mapping[str, Value]) -> str:
-        """Return the SHA-256 of a planned case, even if its inputs are invalid."""
+        """Return the SHA-256 of a planned case; invalid inputs are hashed as given."""
         try:
             return self(settings)
         except InputError:
@@ -73,9 +74,9 @@ class Digests:
         return digest_of(values, self.contents[file])
 
     def _value(self, name: str, raw: Any) -> Any:
-        """Return the checked value of an input, as a scene stores it.
+        """Return the value that a scene stores for an input, after a check.
 
-        raw : value as a case sets it
+        raw : value as a case sets it, such as "0.8 mm"
         """
         key = f"{name} {raw!r}"
         if key not in self._memory:
@@ -84,17 +85,17 @@ class Digests:
 
 
 class CaseDigests(OfCases[str]):
-    """Sequence of the SHA-256 of a table's cases, each computed on access.
+    """Sequence of the digests (SHA-256, hexadecimal) of all cases of a campaign.
 
-    They equal `digest_of` of the cases' scenes but need no scene: the hashed text is
-    the same for all cases except for the inputs that they set. Values must have been
-    checked.
+    A digest is computed on access, without a `Scene`, and equals `digest_of`: the
+    hashed JSON text is the same for all cases except for the values that they set,
+    which must have been checked before.
 
     Parameters
     ----------
-    shared : {dotted input: value} of all inputs, see `flatten`
-    table : the inputs that each case sets
-    reads : {engine file: result of `read_as`, its part of a digest}
+    shared : {dotted input: value} of all inputs, for cases that do not set them
+    table : {input: value} that each case sets
+    reads : {engine file: text that stands for it in a digest, from `read_as`}
     physics : physics version that is part of the digests
     """
 
@@ -113,7 +114,7 @@ class CaseDigests(OfCases[str]):
         return len(self.table)
 
     def _of_case(self, case: int) -> str:
-        """Return the digest of a case, by its number."""
+        """Return the digest of the case with the number `case`, hexadecimal."""
         values = self.shared | self.table[case]
         head, between = self._text
         one = head.copy()
@@ -123,11 +124,11 @@ class CaseDigests(OfCases[str]):
         return str(one.hexdigest())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the arguments of the constructor, not the cached texts."""
+        """Let pickle store the arguments of the constructor, not the cached texts."""
         return CaseDigests, (self.shared, self.table, self.reads, self.physics)
 
     def __iter__(self) -> Iterator[str]:
-        """Yield the digest of each case."""
+        """Yield the digest of each case, hexadecimal, in the order of case numbers."""
         for words in self._chunks():
             yield from (word.hex() for word in words)
 
@@ -149,14 +150,16 @@ class CaseDigests(OfCases[str]):
         return json.dumps([shared, self.reads, self.physics], sort_keys=True)
 
     def _chunks(self) -> Iterator[list[bytes]]:
-        """Yield the digests of all cases as bytes, in lists of at most `AT_ONCE`."""
+        """Yield the digests of all cases, 32 bytes each, in lists of `AT_ONCE`."""
         for first in range(0, len(self), AT_ONCE):
             yield self._of(np.arange(first, min(first + AT_ONCE, len(self))))
 
     def _of(self, cases: Cases) -> list[bytes]:
-        """Return the digests of `cases`, numbers of cases, 32 bytes each.
+        """Return the digests of some cases, 32 bytes each.
 
         The text before the first input that cases set is common and hashed only once.
+
+        cases : numbers of the cases
         """
         head, parts, digests = self._text[0], [], []
         for column, texts in self._parts:
@@ -169,9 +172,10 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _parts(self) -> list[tuple[Column, list[bytes]]]:
-        """Hashed texts, (column, texts), of each swept input, then of the engine file.
+        """(Column, hashed texts of its values) of each swept input and the engine file.
 
-        A text is the JSON of a value and what follows it, up to the next swept input.
+        A text is the JSON of a value and what follows it, up to the next swept value;
+        the last pair is that of the engine file, whose texts end the hashed text.
         """
         pairs = []
         for name, text in zip(sorted(self.table.names), self._text[1], strict=True):
@@ -184,9 +188,11 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _text(self) -> tuple[Any, list[str]]:
-        """Hash state of the JSON text before the first swept value; the texts between.
+        """The hashed JSON text that all cases share: its beginning, and other parts.
 
-        The end of the text is left out, since it depends on the engine's file. The name
+        The beginning, up to the first swept value, is given as a hash state; then comes
+        a list of the texts after each swept value, up to the next one. The end of the
+        whole text is left out, since it depends on the engine's file. The name
         of an input of `LATER` is not in the text before its value but in its
         `fragment`.
         """
@@ -200,12 +206,12 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def identity(self) -> str:
-        """SHA-256 of all cases in their order, shortened to 32 hexadecimal digits."""
+        """SHA-256 of the inputs of all cases in their order, 32 hexadecimal digits."""
         parts = [self._told(), self.table.plain()]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:32]
 
     def find_all(self, words: NDArray[np.void], hints: Cases) -> Cases:
-        """Return the number of the case with each of n digests, (n,); -1: no case.
+        """Return the case number that belongs to each of n digests, (n,); -1: no case.
 
         Parameters
         ----------
@@ -224,7 +230,7 @@ class CaseDigests(OfCases[str]):
         return cases
 
     def find(self, name: str, hint: int = -1) -> int:
-        """Return the number of the case that has a digest, -1 if no case has it.
+        """Return the number of the case that has the digest `name`; -1: no case.
 
         Parameters
         ----------
@@ -248,7 +254,7 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _index(self) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
-        """Case numbers by ascending first `KEY` bytes of digests, and these bytes."""
+        """Case numbers sorted by the first `KEY` bytes of digests; these, as uint64."""
         words = (word[:KEY] for some in self._chunks() for word in some)
         starts = np.frombuffer(b"".join(words), dtype=">u8").astype(np.uint64)
         order = np.argsort(starts, kind="stable")
@@ -258,7 +264,8 @@ class CaseDigests(OfCases[str]):
 def fragment(name: str, value: Any) -> str:
     """Return the JSON text of an input's value as it is hashed in a case's digest.
 
-    For an input of `LATER` the text includes the name, and is "" for the default value.
+    For an input added after the first release (`LATER`) the text includes the name, and
+    is "" for the default value.
     """
     if name in LATER:
         told = float.__repr__(float(value)) if takes_real(name) else json.dumps(value)
@@ -271,7 +278,7 @@ def fragment(name: str, value: Any) -> str:
 
 
 def _named(name: str, text: str) -> str:
-    """Return the hashed text of an input's name and value, with its comma.
+    """Return the hashed text of an input's name and value, with a separating comma.
 
     name, text : the input's dotted name; JSON text of its value
     """
@@ -279,5 +286,5 @@ def _named(name: str, text: str) -> str:
 
 
 def takes_real(name: str) -> bool:
-    """Return whether an input is a real number, so that an integer is converted."""
+    """Return whether an input is a real number, for which 1 is hashed like 1.0."""
     return name in REAL

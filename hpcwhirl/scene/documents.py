@@ -1,4 +1,4 @@
-"""TOML that users write: files, their scenes, and settings such as ``name=value``."""
+"""Scenes from what users write: TOML files, and settings such as ``name=value``."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ DEEPEST = 32  # deepest nesting of tables and lists
 
 
 def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:
-    """Return {dotted name: value} of the preset named in a document's [solver].
+    """Return {dotted input: value} of the preset that a TOML file's [solver] names.
 
-    Return {} if no preset is named.
+    Return {} if it names none; document : the file's parsed TOML
 
     Raises
     ------
@@ -60,7 +60,9 @@ def scene_of_document(
     folder: Path | str = "",
     settings: Mapping[str, Value] | None = None,
 ) -> Scene:
-    """Return the scene of a document with tables scene, engine, solver, output.
+    """Return the scene that a parsed TOML file describes.
+
+    Its inputs are in the tables scene, engine, solver and output.
 
     A preset in [solver] overrides the other inputs of the document; settings override
     both.
@@ -100,9 +102,10 @@ def scene_of_document(
 def _set(
     data: dict[str, Any], preset: Mapping[str, Value], settings: Mapping[str, Value]
 ) -> Scene:
-    """Return the scene of parsed tables, changed by a preset, and then by settings.
+    """Return the scene of a TOML file with a preset and then settings applied.
 
-    data : tables of a document; preset, settings : {name: value}
+    data : inputs of [scene], and the tables engine, solver and output in it
+    preset, settings : {input: value}
     """
     if not preset:
         return apply_settings(scene_from(data), settings)
@@ -113,7 +116,9 @@ def _set(
 
 
 def _placed(engine: Mapping[str, Any], folder: Path | str) -> dict[str, Any]:
-    """Return [engine] with absolute paths of its engine, bearing and profile files.
+    """Return the table [engine] with absolute paths of the files that it names.
+
+    These are the engine file and the tables of bearing and profile.
 
     folder : directory to which relative names refer
     """
@@ -192,9 +197,9 @@ def _value(raw: str) -> Any:
 
 
 def parse_setting(text: str) -> tuple[str, Value]:
-    """Parse ``name=value`` as (full dotted name, value).
+    """Parse an option's ``name=value`` as (full dotted name of the input, value).
 
-    The value is a TOML value or a word without quotes.
+    The text of the value is TOML, or a word without quotes.
     """
     name, sign, raw = text.partition("=")
     if not sign or not name.strip() or not raw.strip():
@@ -209,8 +214,8 @@ def setting_value(full: str, raw: str, name: str = "") -> Value:
 
     Parameters
     ----------
-    full : full dotted name
-    raw : text that is not empty
+    full : full dotted name of the input
+    raw : text of the value, not empty
     name : name of the input in messages; "": the full name
     """
     name = name or full

@@ -1,6 +1,6 @@
 """Inputs of the engine: bladed disk, shaft and supports; casing, layer and shape.
 
-A line of a table is an input: its default, unit and meaning, then symbol and limits.
+Each field of a class is an input: its default, unit, meaning, symbol and limits.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from hpcwhirl.scene.units import given
 
 
 class Rotor(Inputs):
-    """Bladed disk in the rotating frame.
+    """Inputs of the rotor: bladed disk of beams, shaft, and supports of its centre.
 
     A blade is clamped on the disk's rim at `disk_radius` and tapers linearly in
     thickness. Spokes (centre to blade root) and rim beams (root to root) represent
@@ -136,12 +136,12 @@ class Rotor(Inputs):
 
     @property
     def is_uneven(self) -> bool:
-        """Whether the sectors of the rotor differ: mistuned, or with a lost blade."""
+        """Whether the sectors of the rotor differ: it is mistuned or lost a blade."""
         return bool(self.mistuning) or self.lost_blade != NO_BLADE
 
 
 class Casing(Inputs):
-    """Casing in the static frame: an elastic ring, or a rigid one of given shape."""
+    """Inputs of the casing, elastic or rigid, its shape and the layer that wears."""
 
     RULES = OF_CASING
 
@@ -150,10 +150,10 @@ class Casing(Inputs):
         "cos(k theta), fixed in the static frame")
     discretization: Literal["fourier", "elements", "file", "shell"] = given(
         "fourier", "1",
-        "coordinates of the ring; fourier: harmonics; elements: the paper's; file: a "
-        "round casing, by the table of modes in engine.file, so that section, support "
-        "and damping have no effect; shell: harmonics of a cylindrical shell of length "
-        "`width`, simply supported at both ends")
+        "coordinates of the ring; fourier: harmonics; elements: the paper's curved "
+        "beams; file: a round casing, by the table of modes in engine.file, so that "
+        "section, support and damping have no effect; shell: harmonics of a "
+        "cylindrical shell of length `width`, simply supported at both ends")
     harmonics: int = given(20, "1",
         "highest harmonic H; each harmonic and phase has two modes",
         symbol="H", ge=1, le=1000)
@@ -161,7 +161,8 @@ class Casing(Inputs):
         "modes of a ring of harmonics; all: also modes that stretch the ring, which "
         "limit the time step; bending: only modes that do not stretch it")
     axial_modes: int = given(3, "1",
-        "axial half waves of a shell; three modes a harmonic, half wave and phase",
+        "number of axial half waves of a shell; each gives three modes for every "
+        "harmonic and phase",
         symbol="P", ge=1, le=50)
     poisson: float = given(0.3, "1",
         "Poisson's ratio of a shell; a ring has none", symbol="ν", ge=0, lt=0.5)
@@ -226,7 +227,7 @@ class Casing(Inputs):
 
 
 class Engine(Inputs):
-    """Rotor and casing; the default is the engine `four_motions`."""
+    """Inputs of rotor and casing; the defaults are those of engine `four_motions`."""
 
     RULES = OF_ENGINE
 

@@ -20,17 +20,17 @@ LIKE = 'such as "speed = 300.0, 310.0"'
 
 
 def history_of(over: str, values: Sequence[float]) -> str:
-    """Return the text that tells how a case was reached through values of an input.
+    """Return the text `history` of a case on a branch; "" for the branch's first case.
 
-    over, values : the input, and its values in the preceding cases, in their order
+    over, values : input that the branch sweeps; its values in the preceding cases
     """
     return f"{over} = {json.dumps(list(values))[1:-1]}" if values else ""
 
 
 def parsed(history: str) -> tuple[str, list[float]]:
-    """Return the input and its values in the preceding cases; ("", []) for "".
+    """Return (input, its values in the preceding cases) of a history; ("", []) for "".
 
-    history : text from `history_of`
+    history : text such as "speed = 300.0, 310.0"
 
     Raises
     ------
@@ -51,6 +51,6 @@ def parsed(history: str) -> tuple[str, list[float]]:
 
 
 def checked(history: str) -> str:
-    """Return the text of a history unchanged; raise ValueError if it is none."""
+    """Return a history unchanged; raise ValueError if the text is not in that form."""
     parsed(history)
     return history

@@ -1,4 +1,4 @@
-"""Full dotted names of inputs from unambiguous endings, and their values in SI."""
+"""Names and values of inputs as users write them, made full dotted names and SI."""
 
 from __future__ import annotations
 
@@ -72,7 +72,9 @@ def input_names() -> dict[str, str]:
 
 
 def value_in_si(name: str, value: Any) -> Any:
-    """Return a value of an input with texts such as "0.8 mm" converted to SI numbers.
+    """Return the value of an input in SI: "0.8 mm" gives 8e-4.
+
+    The name of a file with a bearing's or profile's table gives the table as text.
 
     Parameters
     ----------
@@ -93,10 +95,10 @@ def value_in_si(name: str, value: Any) -> Any:
 
 
 def _tables_in(value: Any, table: Callable[[str], str]) -> Any:
-    """Return the table in the file that `value` names, as the text that a scene keeps.
+    """Return the text of the table in a file, in the form that a scene stores.
 
-    table : function from the file's name to the text. A list of names gives a list of
-        texts
+    value : name of the file; a list of names gives a list of texts
+    table : function from a file's name to the text
     """
     if isinstance(value, list):
         return [_tables_in(one, table) for one in value]
@@ -133,7 +135,7 @@ def full_name(name: str) -> str:
 
 
 def by_full_name(given: Iterable[tuple[str, Any]], where: str) -> dict[str, Any]:
-    """Return {full dotted name: value}, with -0.0 replaced by 0.0.
+    """Return inputs under their full dotted names, {name: value}; 0.0 replaces -0.0.
 
     Parameters
     ----------
@@ -166,13 +168,15 @@ def undotted(
     is_value: Callable[[Mapping[str, Any]], bool],
     prefix: str = "",
 ) -> Iterator[tuple[str, Any]]:
-    """Yield (dotted name, value): undo TOML's parsing of dotted keys into tables.
+    """Yield (dotted name, value) of each key of a TOML table and of tables inside it.
+
+    So dotted keys, which TOML parses as nested tables, get back their names.
 
     Parameters
     ----------
     content : parsed table
-    is_value : whether a table that is not empty is a value, such as a range
-    prefix : beginning of all names
+    is_value : function that tells whether a nested table is a value, such as a range
+    prefix : text put before all names
     """
     for name, given in content.items():
         if isinstance(given, Mapping) and given and not is_value(given):

@@ -33,7 +33,7 @@ def as_tuple(value: Any) -> Any:
 
 
 def _own_ratio(value: float) -> float:
-    """Return a damping ratio after checking that it is >= 0 or `AS_THE_REST`."""
+    """Return a damping ratio after a check: >= 0, or -1 for that of the other modes."""
     if value < 0.0 and value != AS_THE_REST:
         msg = f"must be >= 0, or -1 for the ratio of the other modes, got {value}"
         raise ValueError(msg)
@@ -46,7 +46,7 @@ OwnRatio = Annotated[Finite, AfterValidator(_own_ratio)]
 def anchored(file: str, folder: Path | str = "") -> str:
     """Return the absolute path of a file whose name is relative to `folder`.
 
-    "" stays "".
+    "", for no file, stays "".
 
     Raises
     ------
@@ -99,7 +99,8 @@ class Inputs(BaseModel):
 
     Attributes
     ----------
-    RULES : rules between the inputs of the table and of the tables inside it
+    RULES : rules between inputs of the table or of tables inside it, which a new object
+        checks
     """
 
     RULES: ClassVar[tuple[Rule, ...]] = ()

@@ -1,6 +1,6 @@
 """The inputs of a case as frozen, validated data in SI units.
 
-A line of a table is an input: its default, unit and meaning, then symbol and limits.
+Each field of a class is an input: its default, unit, meaning, symbol and limits.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ GapTable = Annotated[str, AfterValidator(partial(table_over_time, name="gap"))]
 
 
 class Solver(Inputs):
-    """Inputs of the reduction and of the time integration."""
+    """Inputs of the modal reduction, of the time integration, and of when it ends."""
 
     # fmt: off
     scheme: SchemeName = given(DEFAULT, "1",
@@ -44,8 +44,9 @@ class Solver(Inputs):
         "from file has its own number, of which truncation takes a part",
         symbol="η", ge=0)
     plan: Literal["lean", "everything"] = given("lean", "1",
-        "what is computed; lean: only what the scene requires; everything: all of it; "
-        "`--explain` says what is left out, and why")
+        "which part of the model is integrated; lean: only the sectors and the time "
+        "that the scene requires; everything: all of it; `--explain` says what is left "
+        "out, and why")
     until: Literal["end", "certain", "decided"] = given("end", "1",
         "when a run ends; end: after its duration; certain: (scheme modal) as soon as "
         "its word is proved; decided: after its duration, but an undecided case is "
@@ -60,7 +61,7 @@ class Solver(Inputs):
 
     @property
     def flies(self) -> bool:
-        """Whether the scheme of integration jumps over steps without contact."""
+        """Whether the scheme jumps over steps in which no blade can touch."""
         return SCHEMES[self.scheme].flies
 
 
@@ -86,7 +87,7 @@ class Output(Inputs):
 
 
 class _Told(type(Inputs)):  # type: ignore[misc]
-    """Metaclass of `Scene`, which turns its validation errors into InputErrors."""
+    """Metaclass of `Scene`: a scene with invalid inputs raises InputError."""
 
     def __call__(cls, *args: Any, **inputs: Any) -> Any:
         try:
@@ -98,7 +99,7 @@ class _Told(type(Inputs)):  # type: ignore[misc]
 
 
 class Scene(Inputs, metaclass=_Told):
-    """One case: engine, operating point, loading, solver and output."""
+    """All inputs of one case: engine, operating point, load, solver and output."""
 
     RULES = OF_SCENE
 
@@ -146,9 +147,9 @@ class Scene(Inputs, metaclass=_Told):
         "`hpcwhirl model`, or by some of these three, and several separated by commas: "
         "rotor suspension, casing 2", max_length=200)
     start_draw: NonNegative = given(0.0, "1",
-        "number that determines the random shares of modes in start_energy; uniform "
-        "over the shell of that energy; sweep whole numbers, or draw it by [sample], "
-        "uniform from 0 to 1")
+        "number from which the random shares of modes in start_energy follow; uniform "
+        "over the states of that energy, a shell; sweep whole numbers, or draw it by "
+        "[sample], uniform from 0 to 1")
     start_as: Literal["velocities", "both"] = given("velocities", "1",
         "initial values of the modes; velocities: velocities alone, so that all gaps "
         "are open; both: velocities and displacements, and a case in which these close "
@@ -194,7 +195,7 @@ class Scene(Inputs, metaclass=_Told):
 
     @property
     def end_time(self) -> float:
-        """Simulated time of the run, s, by `duration` or by `revolutions`."""
+        """Simulated time at which the run ends, s: `duration`, or `revolutions`."""
         end: float = end_time(self.duration, self.revolutions, self.speed)
         return end
 
@@ -213,7 +214,7 @@ class Scene(Inputs, metaclass=_Told):
 
     @property
     def coefficient(self) -> float:
-        """Coefficient of friction at the sliding speed |Omega| R, by `friction_law`."""
+        """Coefficient of friction where tips slide at |Omega| R, by `friction_law`."""
         law = contact_laws.FRICTION[self.friction_law]
         sliding = self.speed * self.engine.rotor.radius
         own = self.friction, self.friction_at_rest, self.friction_speed

@@ -1,6 +1,6 @@
-"""Small tables from files that inputs name, kept by a scene as one line of text.
+"""Small tables that users give as files and a scene stores as one line of text.
 
-So a scene no longer depends on the file. The line holds the names of the columns and
+So a scene does not depend on the file later. The line has the names of the columns and
 the rows of numbers, as "time,speed;0,100;2,300". There are three kinds:
 
 - over time: the time, s, and a quantity such as the speed, in its unit;
@@ -29,7 +29,7 @@ from typing import Any
 
 from hpcwhirl.errors import shown
 
-MOST_BYTES = 1 << 20
+MOST_BYTES = 1 << 20  # largest file with a table
 Rows = list[tuple[float, ...]]
 TIME = "time"
 HARMONICS = "harmonic,amplitude,phase"
@@ -44,26 +44,26 @@ USUAL = {"kyy": "kxx", "cyy": "cxx"}  # default of a bearing's missing column
 
 
 def kept_rows(text: str) -> Rows:
-    """Return the rows of numbers in a table that a scene keeps as one line of text."""
+    """Return the rows of numbers in a table such as "time,speed;0,100;2,300"."""
     return _rows_of(text.split(";")[1:])
 
 
 def kept_table(head: str, rows: Rows) -> str:
-    """Return a table as one line of text, the form that a scene keeps.
+    """Return a table as the line of text that a scene stores.
 
-    head, rows : names of the columns, with commas; rows of numbers
+    head, rows : names of the columns, with commas between them; rows of numbers
     """
     return ";".join([head, *(",".join(map(repr, row)) for row in rows)])
 
 
 def table_over_time(text: str, name: str) -> str:
-    """Return a table over time as one line of text, the form that a scene keeps.
+    """Return a table of speed or gap over time as the line of text that a scene stores.
 
     Parameters
     ----------
     text : name of a CSV file with the columns time and `name`, or a table in one line,
         as "time,speed;0,100;2,300"; "" is returned unchanged
-    name : name of the quantity
+    name : name of the second column, "speed" or "gap"
     """
     if not text:
         return ""
@@ -84,7 +84,7 @@ def table_over_time(text: str, name: str) -> str:
 
 
 def scaled(text: str, factor: float) -> str:
-    """Return a table over time, one line of text, with its quantity times a factor."""
+    """Return the text of a table over time with its second column times a factor."""
     if not text:
         return ""
     rows: Rows = [(time, factor * value) for time, value in kept_rows(text)]
@@ -92,7 +92,7 @@ def scaled(text: str, factor: float) -> str:
 
 
 def profile_table(text: str) -> str:
-    """Return the table of a casing's shape as one line of text, as a scene keeps it.
+    """Return the table of a casing's shape as the line of text that a scene stores.
 
     text : name of a CSV file, or a table in one line, as "harmonic,amplitude,phase;
         2,1e-5,0"; "" is returned unchanged
@@ -127,10 +127,10 @@ def profile_table(text: str) -> str:
 
 
 def bearing_table(text: str) -> str:
-    """Return a bearing's table as one line of text, the form that a scene keeps.
+    """Return the table of a bearing over speed as the text that a scene stores.
 
-    text : name of a CSV or TOML file, or a table in that form, which is only checked;
-        "" is returned unchanged
+    text : name of a CSV or TOML file, or such a line, which is only checked; "" is
+        returned unchanged
     """
     if not text:
         return ""
@@ -166,7 +166,7 @@ def _ascends(rows: Rows) -> bool:
 
 
 def _text_of(path: Path) -> str:
-    """Return the text of a file; refuse an empty one or more than `MOST_BYTES`."""
+    """Return a file's text; ValueError if empty, or if larger than `MOST_BYTES`."""
     name = shown(str(path))
     try:
         is_small = path.stat().st_size <= MOST_BYTES and path.is_file()
@@ -182,9 +182,9 @@ def _text_of(path: Path) -> str:
 
 
 def _lines_of(text: str) -> list[str]:
-    """Return the lines of a table given as one line, or in the CSV file so named.
+    """Return the lines of a table; the first has the names of its columns.
 
-    text : "time,speed;0,100;2,300", or a file's name
+    text : the table, such as "time,speed;0,100;2,300", or the name of its CSV file
     """
     if ";" in text:
         return text.split(";")
@@ -193,7 +193,7 @@ def _lines_of(text: str) -> list[str]:
 
 
 def _rows_of(lines: Iterable[str]) -> Rows:
-    """Return the numbers of each line of a table; ValueError for text that is none."""
+    """Return the numbers of each line of a table; ValueError if a text is no number."""
     return [tuple(map(float, line.split(","))) for line in lines]
 
 
@@ -228,7 +228,7 @@ def _tables(table: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 def _of_columns(columns: Mapping[str, list[Any]]) -> Rows:
     """Return (speed, kxx, ..., cyy), rad/s, N/m, N s/m, of each row of a bearing table.
 
-    columns : {name: values}
+    columns : {name of the column in the file: its values}; optional ones may be missing
     """
     speeds = columns.get(SPEED, columns.get("w", []))
     missing = [name for name in ("kxx", "cxx") if name not in columns]

@@ -20,7 +20,7 @@ LEAST = 2.0**-64  # least probability used: the quantile of a normal law at 0 is
 
 
 class Law(TableModel):
-    """A distribution from which an input is drawn; its fields are its parameters."""
+    """A distribution in [sample], from which an input is drawn, with its parameters."""
 
     RELATIVE: ClassVar[tuple[str, ...]] = ()  # parameters without the input's unit
     distribution: str
@@ -84,12 +84,12 @@ LAWS: dict[str, type[Law]] = {
 
 
 def law_of(name: str, given: Any) -> Law:
-    """Return the validated distribution of an input.
+    """Return the distribution that [sample] gives for an input, validated, in SI.
 
     Parameters
     ----------
-    name : name of the input
-    given : table with the key `distribution` and its parameters
+    name : full dotted name of the input
+    given : parsed table with the key `distribution` and parameters such as `mean`
 
     Raises
     ------
@@ -126,12 +126,14 @@ def parameters() -> str:
 
 
 def drawn(law: Law, unit: Floats) -> Floats:
-    """Return random values of an input: quantiles of its distribution, like `unit`.
+    """Return values of an input from random numbers: quantiles of its distribution.
+
+    The result has the shape of `unit` and the input's SI unit.
 
     Parameters
     ----------
     law : distribution of the input, see `law_of`
-    unit : array of any shape, probabilities in [0, 1)
+    unit : array of random numbers in [0, 1), the probabilities, of any shape
     """
     import numpy as np  # not needed to list the tables
     from scipy import stats

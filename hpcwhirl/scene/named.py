@@ -1,7 +1,7 @@
 """Names that stand for inputs: engines, scenes of the paper, and presets.
 
-Engines are inputs that the paper leaves open; presets are solver inputs, chosen by
-measurement, with their measured errors.
+An engine sets the inputs that the paper leaves open; a preset sets solver inputs,
+chosen by measurement, and has texts on its measured errors.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ ELSEWHERE = "its errors on other engines were not measured"
 
 @cache
 def _table(kind: str) -> dict[str, dict[str, Any]]:
-    """Return {name: its inputs and texts} of all engines, or of all presets.
+    """Return {name: its inputs and texts} of all built-in engines, or all presets.
 
-    kind : "engine" or "preset"
+    kind : "engine" or "preset", whose file engines.toml or presets.toml is read
     """
     file = resources.files("hpcwhirl.scene").joinpath(f"{kind}s.toml")
     return tomllib.loads(file.read_text("utf-8"))
 
 
 def _inputs(kind: str, name: str) -> dict[str, Value]:
-    """Return {dotted input: value} of an engine or preset, by its name.
+    """Return {full dotted input: value} that a built-in engine or a preset sets.
 
     kind : "engine" or "preset"
     """
@@ -44,12 +44,14 @@ def _inputs(kind: str, name: str) -> dict[str, Value]:
 
 
 def engine_names() -> tuple[str, ...]:
-    """Return the names of all engines."""
+    """Return the names of all built-in engines."""
     return tuple(_table("engine"))
 
 
 def engine_inputs(name: str) -> dict[str, Value]:
-    """Return {dotted name: value} of a named engine: name, casing, damping, pulse.
+    """Return {full dotted input: value} that a built-in engine sets.
+
+    These are inputs of casing, damping and pulse, and the engine's name.
 
     Raises
     ------
@@ -60,12 +62,12 @@ def engine_inputs(name: str) -> dict[str, Value]:
 
 
 def engine_shows(name: str) -> str:
-    """Return a text on the motions of a named engine in the scene of Table 2."""
+    """Return a text: at which speeds a built-in engine whirls in scene `table2`."""
     return str(_table("engine")[name]["shows"])
 
 
 def title_of(name: str, file: str) -> str:
-    """Return the title of an engine: its name, or that of its file if it has none.
+    """Return the name of an engine for results; without one, its file's name.
 
     Parameters
     ----------
@@ -75,7 +77,7 @@ def title_of(name: str, file: str) -> str:
 
 
 def check_label(scene: Scene) -> None:
-    """Refuse a scene that is named like a built-in engine but has default inputs.
+    """Refuse a scene with the name of a built-in engine but none of its inputs.
 
     A name is a label and sets no inputs, so such a scene would be mistaken for that
     engine. Similar names are refused, too.
@@ -110,7 +112,7 @@ NAMED: dict[str, dict[str, Value]] = {
 
 
 def named_scene(name: str) -> Scene:
-    """Return a named scene; raise InputError for an unknown name."""
+    """Return a scene of `NAMED`, such as "table2"; InputError for an unknown name."""
     if name not in NAMED:
         raise unknown("scene", name, NAMED)
     return apply_settings(Scene(), NAMED[name])
@@ -122,7 +124,7 @@ def preset_names() -> tuple[str, ...]:
 
 
 def preset_inputs(name: str) -> dict[str, Value]:
-    """Return {dotted name: value} of the inputs that a preset sets.
+    """Return {full dotted input: value} of the solver inputs that a preset sets.
 
     Raises
     ------
@@ -135,8 +137,8 @@ def preset_inputs(name: str) -> dict[str, Value]:
 def preset_loss(name: str) -> str:
     """Return a text with the measured errors of a preset.
 
-    Errors on random engines come first, then cost and errors on the engines of the
-    trade-off, then errors of maps.
+    Errors on random engines come first, then time and errors on the engines of the
+    measured trade-off, then how many regimes on maps are right.
     """
     texts = {"engines": ELSEWHERE, **_table("preset")[name]}
     parts = (str(texts[key]) for key in ("engines", "loses", "regimes") if key in texts)
@@ -144,9 +146,9 @@ def preset_loss(name: str) -> str:
 
 
 def preset_bounds(name: str) -> dict[str, float]:
-    """Return {quantity: relative error, not exceeded by a preset on 90 % of engines}.
+    """Return {result: relative error} that 90 % of random engines keep with a preset.
 
-    The engines are random ones.
+    Results are such as `orbit_radius`; {} if not measured.
     """
     return dict(_table("preset")[name].get("nine_in_ten", {}))
 
@@ -160,7 +162,7 @@ def preset_in_short(name: str) -> str:
 
 
 def loss_of(scene: Scene) -> str:
-    """Return the measured errors of a scene's preset, or a note that there are none."""
+    """Return a text: the measured errors of a scene's preset, or why there are none."""
     if scene.engine.file:
         return "not measured on rotors from file"
     equal = scene.has_harmonics and not scene.engine.rotor.is_uneven
@@ -170,7 +172,7 @@ def loss_of(scene: Scene) -> str:
 
 
 def preset_of(scene: Scene) -> str:
-    """Return the name of the preset whose inputs the scene has; "" for none."""
+    """Return the name of the preset whose solver inputs a scene has; "" for none."""
     inputs = flatten(scene)
     for name in preset_names():
         if all(inputs[n] == value for n, value in preset_inputs(name).items()):

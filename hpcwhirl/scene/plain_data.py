@@ -1,6 +1,6 @@
-"""Conversion of plain data and settings to scenes, and of scenes to data and TOML.
+"""Conversion of nested dicts and settings to scenes, and of scenes to dicts and TOML.
 
-Errors of pydantic about a scene are told as one line each.
+An invalid scene raises InputError with one line, made from pydantic's error.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def scene_from(data: Mapping[str, Any]) -> Scene:
 
 
 def flatten(scene: Scene) -> dict[str, Value]:
-    """Return {dotted name: value} of every input of the scene."""
+    """Return {full dotted name: value in SI} of every input of a scene."""
 
     def walk(data: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Value]]:
         for name, value in data.items():
@@ -57,14 +57,14 @@ def flatten(scene: Scene) -> dict[str, Value]:
 
 
 def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
-    """Return the scene with some inputs replaced, validated again.
+    """Return a scene with some inputs replaced, validated again.
 
-    Tables without a replaced input are shared with the given scene, being frozen.
+    Its tables without a replaced input are the same objects as in the given scene.
 
     Parameters
     ----------
     scene : the scene to start from
-    settings : {name: value}; a name may be an unambiguous ending, e.g. ``time_step``
+    settings : {input: new value}; a name may be an unambiguous ending: ``time_step``
     """
     if not settings:
         return scene
@@ -80,7 +80,7 @@ def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
 
 
 def check_kept(settings: Mapping[str, Any]) -> None:
-    """Refuse a setting that has no effect since another one overrides it, see `SETS`.
+    """Refuse a setting that another one overrides, as accuracy does time_step (`SETS`).
 
     Parameters
     ----------
@@ -109,7 +109,10 @@ def to_toml(scene: Scene) -> str:
 
 
 def case_before(scene: Scene) -> Scene | None:
-    """Return the case whose last state begins a case; None if it begins at rest."""
+    """Return the preceding case on a branch; None if the given case begins at rest.
+
+    The last state of the preceding case is the initial state of the given one.
+    """
     over, values = parsed(scene.history)
     if not values:
         return None
@@ -139,9 +142,9 @@ def _allowed(error: Mapping[str, Any]) -> str:
 
 
 def _unknown_key(table: str, word: str) -> InputError:
-    """Return the error for an unknown key: the table where it belongs, or a near key.
+    """Return the error for an unknown key, with its right table or a similar key.
 
-    table, word : dotted table in which the key was written; the key
+    table, word : dotted name of the table in which the key was written; the key
     """
     what, names = f"key in [{table or 'scene'}]", input_names()
     names = {**names, f"solver.{PRESET}": ""}

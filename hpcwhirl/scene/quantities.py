@@ -28,7 +28,10 @@ INPUTS = {name: quantity_of(field) for name, field in LEAVES}  # by dotted name
 
 
 def _as_given(*names: str) -> dict[str, Quantity]:
-    """Return {last part of name: quantity} of inputs, `names`, stored for each case."""
+    """Return {last part of its name: `Quantity`} of inputs that results repeat.
+
+    names : full dotted names of the inputs
+    """
     kinds = {name: "i8" if f.annotation is int else "f8" for name, f in LEAVES}
     return {
         name.rpartition(".")[2]: replace(INPUTS[name], kind=kinds[name])
@@ -37,9 +40,10 @@ def _as_given(*names: str) -> dict[str, Quantity]:
 
 
 def _table(kind: str, unit: str, **names: str) -> dict[str, Quantity]:
-    """Return {name: quantity} of one type and unit; names : {name: its meaning}.
+    """Return {name: `Quantity`} of results with the same type and unit.
 
-    kind : type in the file, see `Quantity`
+    kind, unit : type in the file, see `Quantity`; unit
+    names : {name of a result: its meaning}
     """
     return {name: Quantity(unit, told, kind=kind) for name, told in names.items()}
 
@@ -88,7 +92,7 @@ ROW: dict[str, Quantity] = {
     **_real("rad/s", line_frequency="strongest line of the centre, forward > 0"),
     **_real("J", late_fed="work of rotation and friction in the window"),
     **_real("J", late_friction="work of friction in the window"),
-    **_real("J", late_rotation="work of transport over the ring in the window"),
+    **_real("J", late_rotation="work of rotation through contacts in the window"),
     **_real("J", late_lost="damping and impact loss in the window"),
     **_real("J", late_energy="mean energy in the window"),
     **_real("s", load_end="end of the pulse, 0 for none"),
@@ -97,7 +101,7 @@ ROW: dict[str, Quantity] = {
     **_real("m", certificate_reach="bound of displacements after certificate, or 0"),
     **_real("1", ledger_error="largest error of the energy ledger / its throughput"),
     **_real("1", step_share="time step / stability limit of the time step"),
-    **_real("1", gap_error="relative error of solved gaps, from displacements"),
+    **_real("1", gap_error="relative difference of solved gaps from displacements"),
     **_real(
         "1",
         slip_ratio="largest velocity of a tip in contact relative to the casing, "

@@ -24,7 +24,10 @@ RPM = 30.0 / math.pi  # rpm per rad/s
 
 
 class _Remark(NamedTuple):
-    """A warning: the inputs on which it depends, its condition, its text."""
+    """A possible warning: inputs on which it depends, its condition, its text.
+
+    Condition and text are functions of a function from an input's name to its values.
+    """
 
     inputs: tuple[str, ...]
     holds: Condition
@@ -47,7 +50,9 @@ def _tip_speed(get: Columns) -> Any:
 
 
 def _pushed(get: Columns) -> Any:
-    """Estimate how far the pulse alone moves a built-in ring by its end, m.
+    """Estimate how far the pulse has moved an elastic casing at its end, m.
+
+    There is no contact.
 
     The mode w = cos k theta, u = -sin k theta / k has m = pi R rho A (1 + 1 / k^2) and
     omega^2 = (k^2 - 1)^2 k^2 / (k^2 + 1) E I / (rho A R^4) + omega_c1^2 of the support;
@@ -134,12 +139,14 @@ _LOAD = _Remark(
 
 
 def remarks(cases: Many | Scene, *, load: bool = False) -> list[str]:
-    """Return a warning, one line, for each input that looks as if in another unit.
+    """Return the warnings on a campaign's or a scene's inputs, one line each.
+
+    A warning is on an input that looks as if given in another unit.
 
     Parameters
     ----------
-    cases : valid cases, or one scene
-    load : whether to warn if the pulse moves the casing by many gaps, too
+    cases : valid cases of a campaign, or one scene
+    load : whether to warn, too, if the pulse moves the casing by many gaps
     """
     table = (_LOAD, *_REMARKS) if load else _REMARKS
     many = Many(cases, Table.of([{}])) if isinstance(cases, Scene) else cases
@@ -148,7 +155,7 @@ def remarks(cases: Many | Scene, *, load: bool = False) -> list[str]:
 
 
 def _line(remark: _Remark, many: Many) -> str:
-    """Return a warning's text for the first of many cases it applies to, else ""."""
+    """Return a warning for the first case to which it applies; "" if to none."""
     case = many.first_where(remark.holds, remark.inputs)
     if case is None:
         return ""

@@ -36,6 +36,7 @@ WHOLE = (  # (input of a rotor, value that it must have unless rotation is full)
     ("lost_blade", NO_BLADE),
     ("bearing", ""),
 )
+# inputs from which `last_end` follows
 LASTS = ("duration", "revolutions", "speed", "solver.until", "solver.longest")
 # inputs by which speed or gap change in time, and their values where they do not
 CHANGING = {"acceleration": 0.0, "speed_table": "", "gap_closure": 0.0, "gap_table": ""}
@@ -67,14 +68,17 @@ class Rule:
         return attrgetter(*self.inputs)
 
     def check(self, table: object) -> None:
-        """Raise ValueError if the inputs of a table, an object, break the rule."""
+        """Raise ValueError, with the rule's message, if inputs of a table break it.
+
+        table : object with the inputs as attributes, such as a `Scene`
+        """
         values = [len(v) if isinstance(v, tuple) else v for v in self._read(table)]
         if not self.holds(*values):
             raise ValueError(self.message(*values))
 
 
 def choose(condition: Any, yes: Any, no: Any) -> Any:
-    """Return `yes` where a condition holds, else `no`; all are scalars or (cases,)."""
+    """Return `yes` where `condition` holds, else `no`; all are scalars or (cases,)."""
     if isinstance(condition, bool):
         return yes if condition else no
     import numpy as np  # not needed for a single scene
@@ -106,7 +110,8 @@ def last_end(
 ) -> Any:
     """Return the latest simulated time, s, at which a case may end, by its inputs.
 
-    With `until` "decided" a run may be continued up to `longest`, s; others: `end_time`
+    It is `end_time`, or with `until` = "decided" the input `longest`, s, if that is
+    later. All are scalars or (cases,).
     """
     end = end_time(duration, revolutions, speed)
     longer = (until == "decided") & (end < longest)
@@ -114,12 +119,13 @@ def last_end(
 
 
 class Unless(NamedTuple):
-    """An exception to a rule: a condition on other inputs that allows any value.
+    """An exception to a rule: a condition on other inputs that permits any value.
 
     Attributes
     ----------
-    told : text of the refusal where it does not hold; {} stands for the inputs' values
-    inputs : names of the other inputs
+    told : when it does not hold, for the message, such as "with a bearing"; a {} stands
+        for the value of an input
+    inputs : dotted names of the other inputs
     holds : function from their values to whether the condition holds
     """
 
@@ -141,9 +147,9 @@ def must_be(
 
     Parameters
     ----------
-    usual, name : the only value then allowed, and the input's name
+    usual, name : the only allowed value, unless the condition holds; the input's name
     unless : condition under which the input may have other values
-    so, note : parts of the message: what follows from the value; advice at the end
+    so, note : text in the message after the allowed value; advice at its end
     got : function from the refused value to its text
     """
     told = f"{name} must be {'empty' if usual == '' else usual}{so}"
@@ -157,7 +163,7 @@ def must_be(
 
 
 def _scheme_of(names: Sequence[str], unless: Unless) -> Rule:
-    """Return the rule that solver.scheme is one of `names`, or a condition holds."""
+    """Return the rule that solver.scheme is one of `names` unless a condition holds."""
     return Rule(
         (*unless.inputs, "solver.scheme"),
         lambda *values: functools.reduce(

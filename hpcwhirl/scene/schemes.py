@@ -19,7 +19,7 @@ MOST_POINTS = 3  # most contact points per tip for which times of steps were mea
 class StepTimes:
     """Computing time of a time step, us, fitted to `hpcwhirl bench --sizes`.
 
-    The fields are coefficients, N the number of blades: a step without contact takes
+    The fields are coefficients. With N blades, a step without contact takes
     flight (N / 22)^grows; one with t blades in contact takes contact (N / 22)^rises +
     (blade + row N) t more. With n > 1 contact points per tip, of which t in all touch,
     a step without contact takes still[0] + still[1] n times as long, one with contact
@@ -38,10 +38,10 @@ class StepTimes:
     pressed: tuple[float, float] | None = None
 
     def step(self, blades: Any, share: Any, touching: Any, points: Any = 1) -> Any:
-        """Return the mean computing time of a step, us: a scalar or (cases,).
+        """Return the mean computing time of a time step, us: a scalar or (cases,).
 
-        blades, share : number of blades N, and share of steps in contact
-        touching : number of blades, or points, that touch in a step in contact
+        blades, share : number of blades N; share of steps with contact, 0 to 1
+        touching : mean number of blades, or points, that touch in a step with contact
         points : contact points per tip, n, a scalar or (cases,)
         """
         still, pressed = (_factor(own, points) for own in (self.still, self.pressed))
@@ -54,9 +54,11 @@ class StepTimes:
 
 
 def _factor(of: tuple[float, float] | None, points: Any) -> Any:
-    """Return the factor a + b n on a step's time for n > 1 contact points per tip.
+    """Return the factor a + b n on the time of a step with n contact points per tip.
 
-    of, points : (a, b); n. The factor is 1 for n = 1, or without `of`
+    It is 1 for n = 1, or if `of` is None.
+
+    of, points : (a, b); n, a scalar or (cases,)
     """
     first, each = of or (1.0, 0.0)
     several = points > 1
@@ -86,12 +88,13 @@ class Scheme:
     settles : whether the rest of a run may be computed in closed form after a
         certificate that no contact can recur
     flies : whether the scheme jumps over steps in which no blade can touch
-    cyclic : whether the scheme always uses the cyclic kernel, and refuses other models
+    cyclic : whether the scheme always uses the kernel for equal sectors, and refuses
+        other models
     matrices : whether it integrates coordinates with M, D and K instead of modes
     stands : whether supports may differ by direction in the static frame, or have a
         squeeze film
     points : whether tips may have several contact points
-    turns : s, the same as `nominal` with engine.rotation = "full" or "auto"
+    turns : s, like `nominal`, with engine.rotation = "full" or "auto"
     times : how the time of a step depends on contact and blades, for equal sectors
     """
 
@@ -119,13 +122,14 @@ class Scheme:
         touching: Any = None,
         points: Any = 1,
     ) -> Any:
-        """Return the assumed computing time of a step, s, a scalar or (cases,).
+        """Return the assumed computing time of a time step, s, a scalar or (cases,).
 
-        rotation : engine.rotation
-        blades : N, one number or (cases,)
+        rotation : value of engine.rotation
+        blades : number of blades N, one number or (cases,)
         uneven : whether blades differ
-        share : share of steps in contact
-        touching : blades, or points, that touch in a step in contact; None: `USUAL`
+        share : share of steps with contact, 0 to 1
+        touching : mean number of blades, or points, that touch in a step with contact;
+            None: a usual number (`USUAL`)
         points : contact points per tip, one number or (cases,); above `MOST_POINTS` the
             time is extrapolated
         """
@@ -138,23 +142,23 @@ class Scheme:
 
 _TABLE = (
     Scheme(
-        "modal", "cyclic amplitudes", 2, 0.25e-6, folds=True, settles=True,
-        turns=0.3e-6, times=EQUAL,
+        "modal", "central differences of modes or waves", 2, 0.25e-6, folds=True,
+        settles=True, turns=0.3e-6, times=EQUAL,
     ),
     Scheme(
-        "exact", "exact flow, jumps between contacts", math.inf, 0.24e-6, folds=True,
-        flies=True, cyclic=True, stands=False, points=False, turns=0.35e-6,
-        times=FLYING,
+        "exact", "exact motion of modes without contact, jumps to the next contact",
+        math.inf, 0.24e-6, folds=True, flies=True, cyclic=True, stands=False,
+        points=False, turns=0.35e-6, times=FLYING,
     ),
     Scheme(
         "general",
-        "mode by mode, also used where modal cannot be (a ring of elements, "
-        "supports that differ by direction)",
+        "central differences mode by mode, also used where modal cannot be (a ring of "
+        "elements, supports that differ by direction)",
         2, 0.59e-6, turns=25e-6, times=BY_MODES,
     ),
     Scheme(
-        "paper", "Algorithm 1, full matrices, slow but simple", 2, 16e-6, matrices=True,
-        turns=50e-6, times=DENSE,
+        "paper", "the paper's Algorithm 1 on full matrices, slow but simple", 2, 16e-6,
+        matrices=True, turns=50e-6, times=DENSE,
     ),
 )  # fmt: skip
 SCHEMES = {scheme.name: scheme for scheme in _TABLE}
@@ -170,6 +174,6 @@ MEANINGS = "; ".join(f"{scheme.name}: {scheme.meaning}" for scheme in _TABLE)
 
 
 def either(names: Sequence[str]) -> str:
-    """Return names of schemes as text for a message: 'a', 'b' or 'c'."""
+    """Return names of schemes as an enumeration for a message: 'a', 'b' or 'c'."""
     *most, last = map(repr, names)
     return f"{', '.join(most)} or {last}"

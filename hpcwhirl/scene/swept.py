@@ -1,4 +1,4 @@
-"""The values of inputs in the tables [sweep] and [zip] of a campaign."""
+"""The tables [sweep] and [zip] of a campaign's file: values over which inputs vary."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ Number = Annotated[int | float, AfterValidator(_bounded)]
 
 
 class Range(TableModel):
-    """Values of an input from start to stop, at equal steps.
+    """A range in [sweep] or [zip]: values of an input at equal steps.
 
-    They are {start, stop, step} or {start, stop, num}, num being their number.
+    The file has {start, stop, step} or {start, stop, num}, num the number of values.
     """
 
     start: Number = key(..., allowed="a finite number")
@@ -79,7 +79,7 @@ class Range(TableModel):
         return self
 
     def values(self) -> list[Value]:
-        """Return the values of the range; whole numbers if start and step are whole."""
+        """Return the list of values; whole numbers if start and step are whole."""
         if self.num is not None:
             import numpy as np  # not needed to list the tables
 
@@ -93,14 +93,20 @@ class Range(TableModel):
 
 
 def swept_values(document: Mapping[str, Any], table: str) -> dict[str, list[Value]]:
-    """Return {full dotted input: values} of the table [sweep] or [zip]."""
+    """Return {full dotted input: values in SI} of the table [sweep] or [zip].
+
+    document, table : parsed campaign file; "sweep" or "zip"
+    """
     given = flat(as_table(f"[{table}]", document.get(table, {})))
     full = by_full_name(given.items(), f"[{table}]")
     return {name: _values(table, name, values) for name, values in full.items()}
 
 
 def flat(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return {dotted name: value} of a parsed table; a range counts as one value."""
+    """Return {dotted name: value} of a parsed table, such as [sweep].
+
+    A range {start, stop, ...} counts as one value.
+    """
     keys = Range.model_fields.keys()
     return dict(undotted(content, lambda table: bool(table.keys() & keys)))
 
@@ -118,7 +124,7 @@ def _values(table: str, name: str, given: Any) -> list[Value]:
 def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
     """Return the values of a range in SI; its start, stop and step must share a unit.
 
-    table, name, given are in the messages; given : the parsed range
+    name, given : full dotted name of the input; {start, stop, step or num} as parsed
     """
     found = {key: measure(value) for key, value in given.items()}
     units = {each[1] for each in found.values() if each}
@@ -136,7 +142,7 @@ def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
 
 
 def axes_of(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> list[Axis]:
-    """Return the axes of a campaign's grid, then the axis of its zipped inputs, if any.
+    """Return the axes of a grid of cases: one per input of [sweep], one for [zip].
 
     grid, zipped : {full dotted input: values} of [sweep] and of [zip]
 
@@ -168,7 +174,7 @@ def check_count(cases: float, told: str) -> None:
     Parameters
     ----------
     cases : number of cases
-    told : text before that number in the error message, such as "got"
+    told : text before `cases` in the error message, such as "got"
     """
     if cases > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, {told} {cases:.9g}"

@@ -29,11 +29,14 @@ LONG = 4096  # least number of values of a column that is stored as an array
 
 
 class OfCases(Sequence[Item]):
-    """Sequence with one element for each case, computed on access."""
+    """Base of sequences with one element for each case of a campaign.
+
+    An element, such as a case's inputs or its digest, is computed on access.
+    """
 
     @abstractmethod
     def _of_case(self, case: int) -> Item:
-        """Return the element of a case by its number, from 0."""
+        """Return the element of the case with the number `case`, from 0."""
 
     @overload
     def __getitem__(self, case: int) -> Item: ...
@@ -49,11 +52,11 @@ class OfCases(Sequence[Item]):
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """Inputs that change together, and their values.
+    """An axis of a grid of cases: inputs that change together, and their n values.
 
     Attributes
     ----------
-    names : dotted names of the inputs
+    names : full dotted names of the inputs
     columns : n values of each input; numbers may be in an array, (n,), and lists of
         equal length in one of shape (n, width)
     """
@@ -66,7 +69,7 @@ class Axis:
         return len(self.columns[0])
 
     def row(self, place: int) -> Settings:
-        """Return {input: value} of the inputs' values with index `place`, from 0."""
+        """Return {input: value} at an index along the axis, `place`, from 0."""
         both = zip(self.names, self.columns, strict=True)
         return {name: value_at(column, place) for name, column in both}
 
@@ -75,26 +78,26 @@ class Axis:
         return Axis(self.names, tuple(column[:place] for column in self.columns))
 
     def plain(self) -> dict[str, Any]:
-        """Return {input: list of its values}, as data for JSON."""
+        """Return {input: list of its n values}, as data for JSON."""
         both = zip(self.names, self.columns, strict=True)
         return {name: listed(column) for name, column in both}
 
 
 class Block(tuple[Axis, ...]):
-    """Cases that are the product of axes, the last of which varies fastest.
+    """A grid of cases: all combinations of values on its axes, the last axis fastest.
 
-    A block without axes has one case.
+    A block without axes has one case, which sets no input.
     """
 
     __slots__ = ()
 
     @property
     def cases(self) -> int:
-        """Return the number of cases of the block."""
+        """Number of cases of the block."""
         return prod(map(len, self))
 
     def row(self, number: int) -> Settings:
-        """Return {input: value} of a case by its number in the block, from 0."""
+        """Return {input: value} that a case sets; number : of the case in the block."""
         parts = []
         for axis in reversed(self):
             number, place = divmod(number, len(axis))
@@ -102,13 +105,16 @@ class Block(tuple[Axis, ...]):
         return {n: value for part in reversed(parts) for n, value in part.items()}
 
     def stride(self, number: int) -> int:
-        """Return the number of successive cases with one value of the axis `number`."""
+        """Return for how many successive cases an axis has the same value.
+
+        number : index of the axis in the block
+        """
         return prod(map(len, self[number + 1 :]))
 
 
 @dataclass(frozen=True)
 class Column:
-    """Values of one input in all cases of a table.
+    """The values of one input in all cases of a table, listed block by block.
 
     Attributes
     ----------
@@ -116,7 +122,7 @@ class Column:
     starts : (blocks,), first case of each block
     first : (blocks,), index in `values` of each block's first value
     stride : (blocks,), number of successive cases with the same value
-    length : (blocks,), number of values of the block
+    length : (blocks,), number of values of the input in the block
     """
 
     values: Values
@@ -139,29 +145,29 @@ class Column:
         )
 
     def case_of(self, value: int) -> int:
-        """Return the first case with a value, given the value's index in `values`."""
+        """Return the number of the first case whose value is `values[value]`."""
         inside = (self.first <= value) & (value < self.first + self.length)
         block = int(np.argmax(inside))
         before = (value - self.first[block]) * self.stride[block]
         return int(self.starts[block] + before)
 
     def of(self, cases: Cases, values: NDArray[Any]) -> NDArray[Any]:
-        """Return for each of m cases the array element that belongs to its value, (m,).
+        """Return an array over m cases, (m,), from an array over the column's values.
 
         Parameters
         ----------
         cases : (m,), numbers of cases
-        values : array of one element for each of the column's `values`
+        values : array with one element for each of the column's `values`
         """
         return values[self.codes(cases)]
 
 
 class Table(OfCases[Settings]):
-    """Sequence of {input: value} that each case sets, computed on access.
+    """The inputs that each case of a campaign sets: a sequence of {input: value}.
 
     Parameters
     ----------
-    blocks : blocks of cases, one after the other
+    blocks : grids of cases, numbered one after the other
     """
 
     def __init__(self, blocks: Iterable[Block]) -> None:
@@ -171,7 +177,7 @@ class Table(OfCases[Settings]):
 
     @classmethod
     def of(cls, rows: Sequence[Mapping[str, Any]]) -> Table:
-        """Return the table of a list of cases, `rows`: {input: value} of each case."""
+        """Return the table of cases in a list, `rows`: {input: value} of each case."""
         if isinstance(rows, Table):
             return rows
         blocks = []
@@ -186,7 +192,7 @@ class Table(OfCases[Settings]):
 
     @classmethod
     def from_plain(cls, plain: Iterable[Iterable[Mapping[str, Any]]]) -> Table:
-        """Return the table from data for JSON, the result of `plain`."""
+        """Return the table from the result of the method `plain`, read from JSON."""
         blocks = []
         for axes in plain:
             each = (
@@ -200,11 +206,14 @@ class Table(OfCases[Settings]):
         return [[axis.plain() for axis in block] for block in self.blocks]
 
     def times(self, axis: Axis) -> Table:
-        """Return the table with a further axis, varying fastest, in each block."""
+        """Return the table with each case repeated for every value on a further axis.
+
+        In each block, this axis varies fastest.
+        """
         return Table(Block([*block, axis]) for block in self.blocks)
 
     def mapped(self, name: str, change: Callable[[Any], Any]) -> Table:
-        """Return the table with the function `change` applied to an input's values."""
+        """Return the table with each value v of input `name` replaced by change(v)."""
 
         def of(axis: Axis) -> Axis:
             columns = [
@@ -216,7 +225,7 @@ class Table(OfCases[Settings]):
         return Table(Block(map(of, block)) for block in self.blocks)
 
     def along_last(self, axis: Axis) -> Table:
-        """Return the table with the fastest axis of each block replaced by `axis`."""
+        """Return the table with `axis` instead of the last axis of each block."""
         return Table(Block([*block[:-1], axis]) for block in self.blocks)
 
     def __len__(self) -> int:
@@ -224,12 +233,12 @@ class Table(OfCases[Settings]):
         return int(self._starts[-1])
 
     def _of_case(self, case: int) -> Settings:
-        """Return {input: value} that a case sets, by the case's number."""
+        """Return {input: value} that the case with the number `case` sets."""
         block = int(np.searchsorted(self._starts, case, side="right")) - 1
         return self.blocks[block].row(case - int(self._starts[block]))
 
     def __iter__(self) -> Iterator[Settings]:
-        """Yield {input: value} that each case sets."""
+        """Yield {input: value} that each case sets, in the order of case numbers."""
         for block in self.blocks:
             places = [[axis.row(i) for i in range(len(axis))] for axis in block]
             for parts in itertools.product(*places):
@@ -249,15 +258,15 @@ class Table(OfCases[Settings]):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The inputs that any case sets, in order of appearance."""
+        """Full dotted names of inputs that any case sets, in order of appearance."""
         names = (n for block in self.blocks for axis in block for n in axis.names)
         return tuple(dict.fromkeys(names))
 
     def first_of(self, names: Iterable[str]) -> Cases:
-        """Return cases that cover every combination of values of inputs, ascending.
+        """Return numbers of cases that have all combinations of values of some inputs.
 
-        For a single block, these are the cases at the first place of all other axes;
-        otherwise all cases are returned. names : the inputs
+        For a single block, these are the cases with the first value on all other axes;
+        otherwise all cases are returned. The numbers ascend; names : the inputs
         """
         if len(self.blocks) != 1:
             return np.arange(len(self))
@@ -269,7 +278,10 @@ class Table(OfCases[Settings]):
         return cases
 
     def column(self, name: str, default: Any) -> Column:
-        """Return the column of an input; cases that do not set it get `default`."""
+        """Return the values of the input `name` in all cases.
+
+        default : its value in cases that do not set it
+        """
         values: list[Values] = []
         first, stride, length = (np.ones(len(self.blocks), np.int64) for _ in range(3))
         count, plain = 0, -1  # plain: index of the default among the values, or -1
@@ -288,7 +300,7 @@ class Table(OfCases[Settings]):
 
 
 def _column_in(block: Block, name: str) -> tuple[Values, int] | None:
-    """Return (values, stride) of an input in a block; None if the block lacks it.
+    """Return (values, stride) of an input in a block; None if no case in it sets it.
 
     stride : number of successive cases with the same value
     """
@@ -305,25 +317,28 @@ def _joined(parts: list[Values]) -> Values:
 
 
 def column_of(values: Values) -> Values:
-    """Return a list of at least `LONG` floats as an array; other values unchanged."""
+    """Return n values of an input for an `Axis`: many floats (`LONG`) as an array."""
     if len(values) < LONG or isinstance(values, np.ndarray):
         return values
     return np.array(values) if all(type(value) is float for value in values) else values
 
 
 def listed(column: Values) -> list[Any]:
-    """Return an input's values, an array or list, as a list of Python objects."""
+    """Return values of an input, an array or list, as a list of Python objects."""
     return column.tolist() if isinstance(column, np.ndarray) else list(column)
 
 
 def value_at(column: Values, place: int) -> Any:
-    """Return an input's value with the index `place` as a Python object."""
+    """Return the element of an input's values with the index `place`, from 0.
+
+    An array's element is converted to a Python object.
+    """
     value = column[place]
     return value.tolist() if isinstance(column, np.ndarray) else value
 
 
 def is_begun_by(whole: Axis, first: Axis) -> bool:
-    """Return whether the axis `whole` begins with all values of the axis `first`."""
+    """Return whether the values of the axis `whole` begin with those of `first`."""
     if whole.names != first.names or len(whole) < len(first):
         return False
     return whole.until(len(first)).plain() == first.plain()
@@ -346,7 +361,7 @@ def _is_axis(axis: Any) -> bool:
 def distinct(column: Values, key: Callable[[Any], str] = json.dumps) -> Cases:
     """Return an integer label of each of n values, (n,), equal for equal values.
 
-    0 and -0 count as different.
+    0.0 and -0.0 count as different.
 
     Parameters
     ----------
@@ -362,11 +377,11 @@ def distinct(column: Values, key: Callable[[Any], str] = json.dumps) -> Cases:
 
 
 def labels(parts: Iterable[tuple[Column, Cases]], cases: Cases) -> Cases:
-    """Return an integer for each of m cases, (m,), equal where all columns are equal.
+    """Return a label of each of m cases, (m,), equal where all given inputs are equal.
 
     Parameters
     ----------
-    parts : (column, labels of its values, see `distinct`) of each input
+    parts : (column, label of each of its values, from `distinct`) of each input
     cases : (m,), numbers of cases
     """
     out, radix = np.zeros(len(cases), dtype=np.int64), 1

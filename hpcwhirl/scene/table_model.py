@@ -1,7 +1,7 @@
-"""Base of the models of a campaign's tables: documented keys, and errors of one line.
+"""Base class of the tables of a campaign's file, such as [twins], and of their keys.
 
-The meaning and allowed values of a key are declared once; the command line, `hpcwhirl
-inputs` and error messages use them.
+The meaning and allowed values of a key are declared once; options of commands,
+`hpcwhirl inputs` and error messages use them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ UNKNOWN_WORD = "unknown_word"  # type of a pydantic error with `word` and `known
 
 @dataclass(frozen=True)
 class Key:
-    """Documentation of a key of a table in a campaign's file.
+    """What users are told of a key of a table in a campaign's file.
 
     Attributes
     ----------
@@ -34,12 +34,12 @@ class Key:
 
 
 def key(default: Any, meaning: str = "", allowed: str = "", **limits: Any) -> Any:
-    """Return the pydantic field of a key, with its `Key` as metadata.
+    """Return the pydantic field that declares a key, with its `Key` as metadata.
 
     Parameters
     ----------
     default : default value; `...`: the key is required
-    meaning, allowed : see `Key`; an empty `allowed` follows from type and limits
+    meaning, allowed : see `Key`; if `allowed` is "", `key_of` makes it
     limits : arguments of `pydantic.Field` such as ``gt=0``
     """
     field = Field(default, **limits)
@@ -55,9 +55,9 @@ def kind_of(field: Any) -> Any:
 
 
 def key_of(field: Any) -> Key:
-    """Return the `Key` of a pydantic field, its `allowed` made from type and limits.
+    """Return the `Key` of a pydantic field.
 
-    An `allowed` that the field has is kept.
+    If the field has no text `allowed`, it is made from the type and the limits.
     """
     told = next(told for told in field.metadata if isinstance(told, Key))
     return told if told.allowed else Key(told.meaning, _allowed(field))
@@ -83,7 +83,7 @@ def _allowed(field: Any) -> str:
 
 
 class TableModel(BaseModel):
-    """Base class of a campaign's tables: frozen, strict about unknown keys and types.
+    """Base class of tables: frozen; unknown keys and wrong types are errors.
 
     Pydantic builds the validator of a table when it is first used.
     """
@@ -102,7 +102,7 @@ class TableModel(BaseModel):
         ----------
         given : parsed TOML
         where : name of the table in messages, such as "[twins]"
-        name : function from a key to its name in messages; None: table and key
+        name : function from a key to its name in messages; None: "[twins] key"
 
         Raises
         ------
@@ -123,7 +123,10 @@ class TableModel(BaseModel):
     def _refused(
         cls, error: Mapping[str, Any], where: str, name: Callable[[str], str]
     ) -> InputError:
-        """Return pydantic's error about a table as an InputError of one line."""
+        """Return pydantic's error about a table as an InputError of one line.
+
+        where, name : as in `read`
+        """
         own = str(error["loc"][0]) if error["loc"] else ""
         what, got = name(own) if own else where, error["input"]
         if error["type"] == "extra_forbidden":

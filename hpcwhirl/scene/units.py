@@ -3,8 +3,8 @@
 Plain numbers of inputs are in SI; UDUNITS is imported only for a text with a unit.
 Decimal arithmetic avoids rounding: "0.8 mm" gives the same number as 0.8e-3.
 
-Tables and pictures for people are in practical units, mm and kN, or in those set by
-`showing`; CSV, JSON and results for programs are in SI.
+Printed tables and figures are in practical units, mm and kN, or in those of an option
+--units, see `showing`; CSV, JSON and results, which programs read, are in SI.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Quantity:
     meaning : explanation in a phrase, the long name in files
     symbol : symbol in figures, "" for none
     kind : type in a file: "f8", "i8", "enum", or text such as "S16", of 16 bytes
-    axes : axes of a trace in addition to case and sample
+    axes : names of a trace's dimensions in addition to case and sample, see `AXES`
     rules : further explanation of an input; "" for none
     """
 
@@ -46,7 +46,7 @@ class Quantity:
     rules: str = ""
 
     def labelled(self, name: str) -> str:
-        """Return a name, such as that of a variable, followed by the unit, if any."""
+        """Return a text, such as a variable's name, with the unit: "gap, m"."""
         return with_unit(name, self.unit)
 
 
@@ -130,7 +130,7 @@ def in_si(value: Found, unit: str) -> Found | float:
 
 
 def each_in_si(value: Any, unit: str) -> Any:
-    """Apply `in_si` to a value, or to each value of a list."""
+    """Return a value in SI, or a list with each value in SI, by `in_si`."""
     if isinstance(value, list):
         return [in_si(one, unit) for one in value]
     return in_si(value, unit)
@@ -138,7 +138,7 @@ def each_in_si(value: Any, unit: str) -> Any:
 
 @contextmanager
 def showing(asked: Sequence[str]) -> Iterator[None]:
-    """Make `shown_in` choose among the units `asked` within this context.
+    """Within this context, show numbers in the units `asked`, see `shown_in`.
 
     asked : units in order of preference, from `units_asked`
     """
@@ -150,7 +150,7 @@ def showing(asked: Sequence[str]) -> Iterator[None]:
 
 
 def shown_in(unit: str) -> tuple[str, float]:
-    """Return the unit in which to show numbers given in an SI unit, and the factor.
+    """Return the unit in which to show numbers of an SI unit, and the factor to it.
 
     The unit is the first one set by `showing` that measures the same quantity, where
     `AS_SHOWN` stands for the units of `PRACTICAL`; if none does, the SI unit with
@@ -185,7 +185,7 @@ def units_asked(text: str | None, known: Sequence[str]) -> tuple[str, ...]:
     Parameters
     ----------
     text : units, "practical" or "si", separated by commas
-    known : SI units of what is shown
+    known : SI units of the quantities that the command shows
 
     Raises
     ------
@@ -223,12 +223,13 @@ def _factor(given: str, wanted: str) -> Decimal:
 
 
 def _of(source: Any, wanted: str, refused: str) -> Decimal:
-    """Return the factor from one unit to another one with the same zero.
+    """Return the factor that converts numbers of one unit to another.
 
     Parameters
     ----------
-    source, wanted : unit as an object of cf_units; name of the target unit
-    refused : message of the ValueError if the units have no such factor
+    source, wanted : unit, an object of cf_units; name of the target unit
+    refused : message of the ValueError if the units measure different quantities, or
+        have different zeros, as degrees Celsius and kelvins
     """
     from cf_units import Unit
 
@@ -243,12 +244,12 @@ def _of(source: Any, wanted: str, refused: str) -> Decimal:
 
 
 def told_of(name: str, convert: Callable[[], Found]) -> Found:
-    """Return the result of `convert`; turn its ValueError into an InputError.
+    """Return a converted value of an input; a ValueError becomes an InputError.
 
     Parameters
     ----------
-    name : name of the input, at the beginning of the message
-    convert : function without arguments that converts a value
+    name : name of the input, with which the message begins
+    convert : function without arguments that returns the converted value
     """
     from hpcwhirl.errors import InputError
 

@@ -1,8 +1,8 @@
-"""Table of all words for cases: how they are stored, decided and coloured.
+"""Table of all words that a case may get: how they are stored, decided and coloured.
 
-A new word is a line here and its rules. Results store a word as its index in `ENUMS`
-(attribute `flag_meanings`), so new ones come last. The rules are conditions of
-`analysis.expression` on evidence (`analysis.regimes.evidence`), thresholds
+To add a word, add a line and its rules here. Results store a word as its index in
+`ENUMS` (attribute `flag_meanings`), so new ones come last. The rules are conditions
+(`analysis.expression`) on evidence (`analysis.regimes.evidence`), thresholds
 (`analysis.regimes.Thresholds`) and quantities derived from both, see `DEFINED`; the
 HTML page evaluates them, too.
 
@@ -28,7 +28,7 @@ class Look:
     ink : colour of a letter or marker on that fill
     letter : letter that stands for the word
     marker : Matplotlib's marker of a point
-    told : text in legends
+    told : text that legends show for the word
     line : colour of thin lines and dots on white, if the fill is too light; "" if not
     """
 
@@ -47,7 +47,10 @@ class Look:
 
 @dataclass(frozen=True)
 class Rule:
-    """A word for cases, such as "damped", and conditions that must all hold for it."""
+    """A word for a case, such as "damped", and conditions that must all hold for it.
+
+    A condition is an expression on evidence and thresholds, as "stop == 'amplitude'".
+    """
 
     word: str
     needs: tuple[str, ...] = ()

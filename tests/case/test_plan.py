@@ -139,7 +139,7 @@ def test_all_sectors_are_marched_where_waves_are_not_told_apart(monkeypatch):
 def test_a_model_folds_by_its_symmetry_only():
     whole = resolve(scene()).model
     for folds in (1, 3, 44):
-        with pytest.raises(ModelError, match="do not fold"):
+        with pytest.raises(ModelError, match="equal sectors"):
             folded_model(whole, folds)
 
 
