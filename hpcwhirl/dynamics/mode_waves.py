@@ -101,7 +101,7 @@ class ModeWaves:
 
     @property
     def moves(self) -> Complexes:
-        """Factors, (m,), that give two increments at once, of a mode in free motion.
+        """Factors, (m,), that give the change of modal amplitudes over two free steps.
 
         q_{n+1} - q_{n-1} = Re(moves a_{n+1}), with a the wave's amplitude, q the
         mode's.

@@ -86,7 +86,7 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
 class EqualSectors(RotatingFrame):
     """Integrator of a rotor of equal sectors by the kernel `cyclic`.
 
-    arrays : the kernel's constant arrays, whose type tells modes from waves
+    arrays : the kernel's constant arrays, whose type selects modes or waves
     sizes : lengths of the state's arrays `rotor` and `sums_b`
     places : conversion of the rotor's motion between state and modal amplitudes
     """
@@ -202,11 +202,11 @@ def has_waves(model: Model) -> bool:
 
 
 def folds_well(model: Model, scene: Scene) -> bool:
-    """Return whether a scheme can integrate the given model, perhaps of one sector.
+    """Return whether a model, perhaps of one sector, can be integrated as it is.
 
-    A model of all sectors always can be. That of one of several equal sectors with
-    terms of rotation needs waves of which no two nearly coincide; without these, all
-    sectors must be integrated.
+    A model of all sectors always can. That of one of several equal sectors with terms
+    of rotation needs waves of which no two nearly coincide; without these, all sectors
+    must be integrated.
     """
     if model.folds == 1 or model.rotor.spin is None:
         return True
@@ -219,8 +219,8 @@ def _put_on_circle(whole: EqualSectors, diameters: list[Diameter]) -> None:
     The circle, the rotor's motion without contact, is a constant wave and the last row
     of amplitudes, see `turning_waves.Circle`. If the run must start on a smaller
     circle, the other waves begin with the difference. Their energy is entered in the
-    ledger as work of the loading, and in the state's sums like energy that contact has
-    added.
+    ledger as work of the loading, and in the state's `sums_b`, which count the energy
+    that waves receive.
 
     whole : integrator of all sectors
     diameters : the rotor's waves of each nodal diameter
@@ -396,10 +396,10 @@ class UnequalSectors(RotatingFrame):
 def whole_apart(model: Model, scene: Scene) -> Integrator | None:
     """Return the integrator of a rotor of unequal sectors as waves, or None.
 
-    None if one of several equal sectors is integrated for all, if two waves nearly
-    coincide, or if the waves' energy does not agree with the work of contact; also in a
-    ring of elements and on supports that differ by direction or have a film, whose
-    matrices are not constant in the rotating frame.
+    None if the model is of one of several equal sectors, if two waves nearly coincide,
+    or if the waves' energy does not agree with the work of contact; also in a ring of
+    elements and on supports that differ by direction or have a film, whose matrices are
+    not constant in the rotating frame.
     """
     spin, elements = model.rotor.spin, isinstance(model.ring, RingOperator)
     plain = spin is None or spin.support.is_plain

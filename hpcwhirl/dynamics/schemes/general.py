@@ -76,7 +76,7 @@ class _Spinning(TwoBodies):
             self.put_on_circle(now, now - before)
 
     def motion(self, state: BodiesState, steps: int) -> Motion:
-        """Return displacements and velocities of both bodies in a state at a step.
+        """Return displacements and velocities of rotor and casing in a state at a step.
 
         Those of an unbalanced rotor include its orbit without contact.
 
@@ -114,7 +114,7 @@ class _Driven(TwoBodies):
             self.put_on_circle(first, 0.0 * first)
 
     def begin(self, motion: Motion) -> bool:
-        """Set the state to a given motion at angle 0 and time 0; return True."""
+        """Start from a given motion, written into the state at angle 0; return True."""
         state = self.state
         super().begin(motion)
         self.steps.set_out(state, self.held[0].lower() @ motion.rotor_velocity)
@@ -124,11 +124,11 @@ class _Driven(TwoBodies):
     def refresh(self, state: BodiesState | None, now: Interval) -> None:
         """Compute the rotor's arrays for a new interval of the changing speed.
 
-        Its energy in the state changes with them; the change is entered in the ledger
-        as work of the loading.
+        The energy of the motion in the state changes with them; the change is entered
+        in the ledger as work of the loading.
 
         state : state of the run; None: only the arrays are computed
-        now : interval of constant mean speed that begins
+        now : interval that begins, in which the speed is taken as constant
         """
         before = self.balance(state).energy if state else 0.0
         body, contact = self.arrays.rotor, self.arrays.contact
@@ -142,7 +142,7 @@ class _Driven(TwoBodies):
         state.ledger[PULSE] += self.balance(state).energy - before
 
     def motion(self, state: BodiesState, steps: int) -> Motion:
-        """Return displacements and velocities of both bodies in a state at a step.
+        """Return displacements and velocities of rotor and casing in a state at a step.
 
         The rotor's are those due to contact plus those due to unbalance and changing
         speed.

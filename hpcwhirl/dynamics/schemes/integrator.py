@@ -31,7 +31,7 @@ class Balance(NamedTuple):
 
     Attributes
     ----------
-    energy : kinetic and strain energy of both bodies
+    energy : kinetic and strain energy of rotor and casing
     damping : energy that damping has taken from them since the start
     rotation, friction, impact : works of rotation and friction, and loss by impact, to
         add to these entries of the ledger; 0 for a kernel that enters them in each step
@@ -53,13 +53,13 @@ class Integrator(ABC):
     kernel : function that takes `steps` time steps; `kernels.bodies.march_bodies`
         explains its arguments
     arrays : constant arrays, arguments of the kernel
-    state : state of rotor and casing, which the kernel changes: a
-        `kernels.kernel_types.BodiesState` or `CyclicState`; at rest when created
+    state : motion of rotor and casing, ledger and counters, which the kernel changes;
+        at rest when created; a `kernels.kernel_types.BodiesState` or `CyclicState`
     casing_width : number of casing coordinates that the kernel stores per sample
     of_modes : whether these coordinates are modal amplitudes, else displacements
     jitter : energy, J, and squared distance of the centre from the circle, m^2, that
         round-off adds in a step to the motion of an unbalanced rotor, see
-        `dynamics.turning`; 0 for states that have the motion about the circle
+        `dynamics.turning`; 0 if the state has the displacement from the circle
     """
 
     kernel: Callable[..., Any]
@@ -76,7 +76,7 @@ class Integrator(ABC):
 
     @abstractmethod
     def motion(self, state: Any, steps: int) -> Motion:
-        """Return displacements and velocities of both bodies in a state at a step.
+        """Return displacements and velocities of rotor and casing in a state at a step.
 
         They are those of all sectors, and include the circle of an unbalanced rotor,
         see `case.unbalance`.
@@ -86,11 +86,11 @@ class Integrator(ABC):
 
     @abstractmethod
     def begin(self, motion: Motion) -> bool:
-        """Set the state to a given motion at time 0; return whether it can be.
+        """Start from a given motion; return whether the state can represent it.
 
-        The rotor is at angle 0. The energy of the motion is entered in the ledger as
-        work of the loading. If a model of one sector cannot represent the motion,
-        nothing changes.
+        The motion is written into the state at time 0, with the rotor at angle 0. Its
+        energy is entered in the ledger as work of the loading. If a model of one sector
+        cannot represent the motion, nothing changes.
         """
 
     def casing_waves(self, copies: Floats, stride: int) -> Floats:
@@ -108,9 +108,10 @@ class Integrator(ABC):
         return waves_of_ring(self.model, values, of_modes=self.of_modes)
 
     def _static(self, copies: Floats, _: int) -> Floats:
-        """Return stored coordinates of an elastic casing, in the static frame.
+        """Return samples of an elastic casing's coordinates in the static frame.
 
-        Here the kernel stores them in that frame, so that they are returned unchanged.
+        Here the kernel has stored them in that frame, so that they are returned
+        unchanged.
 
         copies, _ : as for `casing_waves`
         """
@@ -123,7 +124,7 @@ class Integrator(ABC):
 
         state : state of the run, adapted to the new arrays; None: only these are
             computed
-        now : interval of constant mean speed that begins
+        now : interval that begins, in which the speed is taken as constant
         """
 
     def release(self, state: Any, places: Floats, steps: int) -> None:

@@ -298,7 +298,7 @@ class RotatingFrame(Integrator):
         return Balance(sum(energies), loss, rotation, friction * drag, impact)
 
     def motion(self, state: CyclicState, steps: int) -> Motion:
-        """Return displacements and velocities of both bodies in a state at a step.
+        """Return displacements and velocities of rotor and casing in a state at a step.
 
         They are those of all sectors, with the circle of an unbalanced rotor.
 
@@ -309,7 +309,7 @@ class RotatingFrame(Integrator):
         return unfold(self.model, Amplitudes(*now), self.places)
 
     def begin(self, motion: Motion) -> bool:
-        """Set the state to a given motion at time 0; return whether it can be."""
+        """Start from a given motion; return whether the state can represent it."""
         model, scene, state = self.model, self.scene, self.state
         now = amplitudes(model, motion)
         if now is None:
@@ -346,7 +346,7 @@ class RotatingFrame(Integrator):
 
         state : state of the run, adapted to the new speed; None: only the arrays are
             changed
-        now : interval of constant mean speed that begins
+        now : interval that begins, in which the speed is taken as constant
         """
         items, turn = self.arrays.casing.items, self.model.folds * now.turn
         turn_ring(self.model, self.scene, items, state, turn)

@@ -85,7 +85,7 @@ class _SeveralPoints(Integrator):
         return Balance(energy, given - energy, normal / 2, friction * drag / 2)
 
     def motion(self, state: CyclicState, steps: int) -> Motion:
-        """Return displacements and velocities of both bodies in a state at a step.
+        """Return displacements and velocities of rotor and casing in a state at a step.
 
         steps : number of the step, from which the angle of the rotor follows
         """
@@ -99,7 +99,7 @@ class _SeveralPoints(Integrator):
         return unfold(self.model, Amplitudes(*rotor, *still))
 
     def begin(self, motion: Motion) -> bool:
-        """Set the state to a given motion at time 0; return whether it can be."""
+        """Start from a given motion; return whether the state can represent it."""
         now, state = amplitudes(self.model, motion), self.state
         if now is None:
             return False

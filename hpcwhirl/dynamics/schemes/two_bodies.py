@@ -161,7 +161,7 @@ class TwoBodies(Integrator):
         return Motion(*b.read(state.q_b, state.d_b), *c.read(state.q_c, state.d_c))
 
     def begin(self, motion: Motion) -> bool:
-        """Set the state to a given motion at angle 0 and time 0; return True."""
+        """Start from a given motion, written into the state at angle 0; return True."""
         model, scene, state, (b, c) = self.model, self.scene, self.state, self.held
         check_sizes(model, motion)
         x, v, y, w, _ = motion
