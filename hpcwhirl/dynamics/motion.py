@@ -34,7 +34,7 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
 
 BODIES = "rotor", "casing"
-SAME = 1e-8  # largest relative part of a motion that one sector may leave out
+SAME = 1e-8  # largest relative part of a motion by which its sectors may differ
 
 
 class Motion(NamedTuple):
@@ -44,7 +44,7 @@ class Motion(NamedTuple):
     ----------
     rotor, rotor_velocity : (n,), m, m/s, rotating frame
     casing, casing_velocity : (c,), m, m/s, static frame; (0,) of a rigid casing
-    angle : rad, by which the rotor has turned
+    angle : rad, by which the rotor has turned since the start
     """
 
     rotor: Floats
@@ -55,7 +55,7 @@ class Motion(NamedTuple):
 
 
 class Amplitudes(NamedTuple):
-    """A motion of both bodies as modal amplitudes of a model and their rates.
+    """Modal amplitudes of both bodies and their velocities.
 
     Attributes
     ----------
@@ -70,9 +70,9 @@ class Amplitudes(NamedTuple):
 
 
 class Steps(Protocol):
-    """Conversion between a body's velocities and the increments in a state.
+    """Conversion between a body's velocities and the increments in a kernel's state.
 
-    A state has d = x_n - x_{n-1} instead of velocities v; x are displacements or
+    A state has d = x_n - x_{n-1} instead of velocities v; x are displacements or modal
     amplitudes.
     """
 
@@ -158,8 +158,8 @@ def _times(matrix: Floats, x: Floats) -> Floats:
 def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
     """Return the conversion between velocities and increments of a body's modes.
 
-    body, step : modes without terms of rotation, or None; dt, s
-    exact : whether steps are those of the exact flow, else of central differences
+    body, step : modes without terms of rotation, None for a rigid casing; dt, s
+    exact : whether a scheme steps by the exact flow, else by central differences
     """
     omega = body.omega if body else np.zeros(0)
     ratios = body.ratios if body else np.zeros(0)
@@ -175,8 +175,8 @@ def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
 def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
     """Return a motion as amplitudes of the modes of a model, of all sectors or of one.
 
-    Return None if the model is of one sector and the motion is not the same in all
-    sectors. The part of a motion outside the span of the modes is lost.
+    Return None if the model is of one sector and the motion differs between sectors. A
+    part of the motion that no modes of the model represent is lost.
 
     Raises
     ------
@@ -204,9 +204,9 @@ def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
 
 
 def check_sizes(model: Model, motion: Motion) -> None:
-    """Raise InputError if a motion has another number of coordinates than the model.
+    """Raise InputError if a motion has another number of coordinates than a model.
 
-    The coordinates are those of the rotor and of the casing.
+    The numbers are compared for the rotor and for the casing.
     """
     values = motion.rotor, motion.casing
     for name, x, size in zip(BODIES, values, map(len, model.shapes), strict=True):
@@ -218,7 +218,7 @@ def check_sizes(model: Model, motion: Motion) -> None:
 
 
 def lowering(body: ModalModel, lift: Floats) -> Floats:
-    """Return the matrix (m, n) that gives modal amplitudes from displacements.
+    """Return the matrix (m, n) that gives a body's modal amplitudes from displacements.
 
     It is lift^T M if M is known, else the pseudo-inverse of `lift`.
 
@@ -264,7 +264,9 @@ def gaps_of(
 
 
 def turned(model: Model, motion: Motion) -> Motion:
-    """Return a motion in axes in which the rotor is at angle 0: turn the casing back.
+    """Return a motion with its casing turned back, so that the rotor is at angle 0.
+
+    A march starts at that angle; the motion may have been read at another.
 
     model : of all sectors
     """
@@ -277,10 +279,10 @@ def turned(model: Model, motion: Motion) -> Motion:
 
 
 def check_continuable(model: Model, scene: Scene) -> None:
-    """Raise InputError if a motion cannot be continued in this scene.
+    """Raise InputError if no march of a scene can start from another's motion.
 
-    A motion that was read at another angle of the rotor is rotated to angle 0 of the
-    new march. So casing and supports must be the same at all angles.
+    A motion that was read at another angle of the rotor is turned back to angle 0,
+    where the new march starts. So casing and supports must be the same at all angles.
     """
     spin, casing = model.rotor.spin, scene.engine.casing
     if casing.contact_law != RIGID:
