@@ -67,7 +67,9 @@ from hpcwhirl.structure import RingOperator
 
 
 def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return the integrator of equal sectors without terms of rotation, as modes.
+    """Return the integrator of a rotor of equal sectors as modes.
+
+    Terms of rotation, which couple modes, must be left out, see `is_cyclic`.
 
     beat : number of time steps between two rows of evidence
     """
@@ -134,7 +136,7 @@ def is_cyclic(model: Model) -> bool:
 
 @dataclass(frozen=True)
 class _WavePlaces:
-    """Conversion between waves by nodal diameter, in a state, and modal amplitudes.
+    """Conversion between a state's waves, by nodal diameter, and modal amplitudes.
 
     The rotor has equal sectors; the kernel's state has complex amplitudes of forward
     and backward waves, in slots, one for each nodal diameter (`turning_waves`).
@@ -170,7 +172,7 @@ class _WavePlaces:
         follow.
 
         state : out, the rotor's part of the kernel's state
-        q, rate : (m,), modal amplitudes, of modes at Omega = 0, and velocities
+        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
         """
         before, rows = [], state.reshape(-1, 2, self._slots)
         for own in self.diameters:
@@ -244,10 +246,11 @@ def _put_on_circle(whole: EqualSectors, diameters: list[Diameter]) -> None:
 
 
 def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
-    """Return the integrator of equal sectors as waves by nodal diameter, or None.
+    """Return the integrator of a rotor of equal sectors as waves, or None.
 
-    None if the rotor has no such waves (`has_waves`), or if two of them nearly
-    coincide, so that a motion does not determine their amplitudes.
+    The waves are those of each nodal diameter. None if the rotor has no such waves
+    (`has_waves`), or if two of them nearly coincide, so that a motion does not
+    determine their amplitudes.
 
     beat : number of time steps between two rows of evidence
     """
@@ -266,7 +269,7 @@ def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
 
 @dataclass(frozen=True)
 class _WholePlaces:
-    """Conversion between waves of a whole rotor, in a state, and modal amplitudes.
+    """Conversion between a state's waves of the whole rotor and modal amplitudes.
 
     The rotor has unequal sectors and terms of rotation; the kernel's state has the real
     and imaginary parts of the amplitudes of `waves`.
@@ -291,7 +294,7 @@ class _WholePlaces:
         follow.
 
         state : out, the rotor's part of the kernel's state
-        q, rate : (m,), modal amplitudes, of modes at Omega = 0, and velocities
+        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
         """
         waves = self.waves
         scale = float(np.abs(waves.rates).max())
@@ -303,10 +306,10 @@ class _WholePlaces:
 
 @dataclass(frozen=True)
 class _SingleModes:
-    """Conversion between modes as waves, in a state, and modal amplitudes.
+    """Conversion between a state's waves, one for each mode, and modal amplitudes.
 
-    The rotor has unequal sectors and no terms of rotation: each mode is a wave, the
-    real part of whose complex amplitude is that of the mode.
+    The rotor has unequal sectors and no terms of rotation; the amplitude of a mode is
+    the real part of its wave's.
 
     waves : the rotor's modes as waves
     half : length of the padded real parts of the waves' amplitudes in the kernel's
@@ -334,7 +337,7 @@ class _SingleModes:
         follow.
 
         state : out, the rotor's part of the kernel's state
-        q, rate : (m,), modal amplitudes, of modes at Omega = 0, and velocities
+        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
         """
         waves, (re, im) = self.waves, self._parts(state)
         a = waves.amplitudes(q, rate, waves.rates)

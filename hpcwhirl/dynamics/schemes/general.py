@@ -76,11 +76,11 @@ class _Spinning(TwoBodies):
             self.put_on_circle(now, now - before)
 
     def motion(self, state: BodiesState, steps: int) -> Motion:
-        """Return displacements and velocities of rotor and casing in a state at a step.
+        """Return displacements and velocities of rotor and casing in a given state.
 
         Those of an unbalanced rotor include its orbit without contact.
 
-        steps : number of the step
+        steps : number of time steps taken so far
         """
         now = super().motion(state, steps)
         if self.still is None:
@@ -142,7 +142,7 @@ class _Driven(TwoBodies):
         state.ledger[PULSE] += self.balance(state).energy - before
 
     def motion(self, state: BodiesState, steps: int) -> Motion:
-        """Return displacements and velocities of rotor and casing in a state at a step.
+        """Return displacements and velocities of rotor and casing in a given state.
 
         The rotor's are those due to contact plus those due to unbalance and changing
         speed.

@@ -76,12 +76,13 @@ class Integrator(ABC):
 
     @abstractmethod
     def motion(self, state: Any, steps: int) -> Motion:
-        """Return displacements and velocities of rotor and casing in a state at a step.
+        """Return displacements and velocities of rotor and casing in a given state.
 
         They are those of all sectors, and include the circle of an unbalanced rotor,
         see `case.unbalance`.
 
-        steps : number of the step, from which the angle of the rotor follows
+        steps : number of time steps taken so far, from which the angle of the rotor
+            follows
         """
 
     @abstractmethod

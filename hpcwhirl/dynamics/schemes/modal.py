@@ -1,4 +1,4 @@
-"""Scheme `modal`: amplitudes of modes or waves by central differences."""
+"""Scheme `modal`: central differences of the amplitudes of modes or waves."""
 
 from __future__ import annotations
 

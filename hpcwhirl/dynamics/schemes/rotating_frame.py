@@ -67,7 +67,7 @@ class RotorPlaces(Protocol):
         follow.
 
         state : out, the rotor's part of the kernel's state
-        q, rate : (m,), modal amplitudes, of modes at Omega = 0, and velocities
+        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
         """
 
 
@@ -104,7 +104,7 @@ class ModePlaces:
         follow.
 
         state : out, the rotor's part of the kernel's state
-        q, rate : (m,), modal amplitudes, of modes at Omega = 0, and velocities
+        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
         """
         d = self.steps.increments(q, rate)
         new = self.joined(d)
@@ -298,11 +298,12 @@ class RotatingFrame(Integrator):
         return Balance(sum(energies), loss, rotation, friction * drag, impact)
 
     def motion(self, state: CyclicState, steps: int) -> Motion:
-        """Return displacements and velocities of rotor and casing in a state at a step.
+        """Return displacements and velocities of rotor and casing in a given state.
 
         They are those of all sectors, with the circle of an unbalanced rotor.
 
-        steps : number of the step
+        steps : number of time steps taken so far, from which the angle of the rotor
+            follows
         """
         s_b, s_c, _, _ = self.ended(state)
         now = *self.rotor.read(s_b, steps & 1), *self.ring.read(s_c, steps)
@@ -342,9 +343,9 @@ class RotatingFrame(Integrator):
         self.ring.add(state.ring, lower @ places, steps)
 
     def refresh(self, state: CyclicState | None, now: Interval) -> None:
-        """Set the speed at which the ring turns in the rotating frame to a new one.
+        """Change the kernel's coefficients of the ring to those of a new speed.
 
-        state : state of the run, adapted to the new speed; None: only the arrays are
+        state : state of the run, adapted to the new speed; None: only coefficients are
             changed
         now : interval that begins, in which the speed is taken as constant
         """

@@ -85,9 +85,10 @@ class _SeveralPoints(Integrator):
         return Balance(energy, given - energy, normal / 2, friction * drag / 2)
 
     def motion(self, state: CyclicState, steps: int) -> Motion:
-        """Return displacements and velocities of rotor and casing in a state at a step.
+        """Return displacements and velocities of rotor and casing in a given state.
 
-        steps : number of the step, from which the angle of the rotor follows
+        steps : number of time steps taken so far, from which the angle of the rotor
+            follows
         """
         q, bodies = state.rotor, (self.waves.rotor, self.waves.casing)
         rotor, casing = (

@@ -115,7 +115,9 @@ def modal_coordinates(body: ModalModel | None, step: float) -> Coordinates:
 
 
 def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinates:
-    """Return the relation for a body whose state has displacements, not modes.
+    """Return the relation of a body's displacements to a state that has them itself.
+
+    The other relation is that to modal amplitudes, `modal_coordinates`.
 
     body, step : the kernel's matrices of the body; dt, s
     still : (n,), m, circle x_s of an unbalanced rotor, see `case.unbalance`; else 0
@@ -156,7 +158,7 @@ class TwoBodies(Integrator):
         return Balance(energy, float(state.loss_b.sum() + state.loss_c.sum()))
 
     def motion(self, state: BodiesState, _: int) -> Motion:
-        """Return displacements and velocities of rotor and casing in a state."""
+        """Return displacements and velocities of rotor and casing in a given state."""
         b, c = self.held
         return Motion(*b.read(state.q_b, state.d_b), *c.read(state.q_c, state.d_c))
 
