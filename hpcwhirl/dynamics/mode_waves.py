@@ -210,7 +210,7 @@ def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
 
 
 def general_rotor(model: Model, scene: Scene) -> GeneralRotor:
-    """Return the arrays of a rotor's real modes for the kernel `general`."""
+    """Return the arrays of a rotor's real, uncoupled modes for kernel `general`."""
     body, blades = model.rotor, model.blades
     size = -(-len(body.omega) // EIGHT) * EIGHT
 

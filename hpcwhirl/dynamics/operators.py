@@ -267,7 +267,7 @@ def _flex(scene: Scene) -> float:
 
 
 def _abradable(scene: Scene) -> Layer:
-    """Return rods of a layer that wears by plastic compression.
+    """Return the constants of rods of a layer that wears by plastic compression.
 
     A rod has the stiffness A E / l, yields at the force A sigma_y, and hardens by A H /
     l. A is the area of a rod; E, l, sigma_y and H are Young's modulus, thickness, yield
@@ -280,7 +280,7 @@ def _abradable(scene: Scene) -> Layer:
 
 
 def _archard(scene: Scene) -> Layer:
-    """Return elastic rods of a layer that wears by Archard's law.
+    """Return the constants of elastic rods of a layer that wears by Archard's law.
 
     The wear of a rod in a step is k N v dt / A, m: k is the wear coefficient, 1/Pa, N
     the force and A the area of the rod, v = |Omega| R.
@@ -311,7 +311,10 @@ def rods_of(scene: Scene) -> int:
 
 
 def layer_of(scene: Scene) -> Layer:
-    """Return the rods of a scene's layer by its contact law; zeros without a layer."""
+    """Return the constants of the rods of a casing's layer, by its contact law.
+
+    They are 0 for a casing without a layer.
+    """
     if not wears(scene):
         return Layer(0.0, 0.0, 0.0, 0.0, 0.0, 0)
     return LAWS[scene.engine.casing.contact_law](scene)
