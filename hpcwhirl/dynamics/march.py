@@ -67,7 +67,8 @@ class March:
     ----------
     scene, model : scene and model of the case, of all sectors
     lean : scene and model that are integrated, of all sectors or of one
-    scheme, state : the integrator, and the kernel's state of the motion so far
+    scheme : the integrator, with the kernel's constant arrays
+    state : motion, ledger and counters at the present step, which the kernel changes
     tracks : samples and rows of evidence written so far
 
     Raises
@@ -118,7 +119,7 @@ class March:
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
     def _started(self, start: Motion) -> bool:
-        """Set the integrator's state to an initial motion; return whether it can be.
+        """Start from an initial motion; return whether the model can represent it.
 
         It cannot if one sector is integrated and the motion differs between sectors.
         """
@@ -131,8 +132,7 @@ class March:
         They change from one interval to the next if the speed is a function of time,
         and when a casing that was held in a shape is let go.
 
-        state : the kernel's state, adapted to a new interval of speed; None: no state
-            is
+        state : the kernel's state, to be adapted to a new interval of speed, or None
         """
         scene = self.lean.scene
         free = NEVER < self.let_go <= self.steps
@@ -198,7 +198,7 @@ class March:
         return coast if coast.possible else None
 
     def _watch(self) -> None:
-        """Restart the run with all sectors if the one integrated touched too much.
+        """Restart the run with all sectors if the one integrated had too much contact.
 
         Round-off grows from contact to contact, and a motion that differs between
         sectors may grow from it: one sector represents all only while this is
@@ -213,14 +213,14 @@ class March:
             self.unfold()
 
     def unfold(self) -> None:
-        """Restart the run with all sectors, where one was integrated for all."""
+        """Restart the run with all sectors integrated, instead of one."""
         self._begin(self.case.whole)
 
     def fold(self) -> None:
-        """Restart the run with one sector integrated for all, if the plan chose this.
+        """Restart the run with the model that the plan chose, of one sector or of all.
 
-        If the plan chose all sectors, or waves of the one nearly coincide, it is all
-        sectors.
+        One sector represents all if they move alike. If two of its waves nearly
+        coincide, all are integrated.
         """
         lean = self.case.lean
         self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
@@ -228,8 +228,8 @@ class March:
     def _slice(self, size: int) -> int:
         """Return how many steps, at most `size`, can be taken before the next check.
 
-        Checks are the search for a certificate (`_look`), and whether one sector
-        integrated for all has touched too much (`_watch`).
+        A check is the search for a certificate (`_look`), or that of the contact of one
+        sector, if it represents all (`_watch`).
         """
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps
@@ -386,7 +386,7 @@ class March:
 
     @property
     def done(self) -> bool:
-        """Whether the run has reached its end or a reason to stop."""
+        """Whether the run has taken its last step, or has been stopped before."""
         return self.steps >= self.total or self.counter[contact.STOP] != 0
 
     def displacements(self) -> tuple[Floats, Floats]:

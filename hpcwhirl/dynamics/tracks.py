@@ -62,8 +62,8 @@ def empty_tracks(
 def history_of(march: March) -> History:
     """Return the history of a march so far: its samples, totals and present ledger.
 
-    If one sector is integrated for all, its values are extended to all. The samples end
-    with the last complete output interval.
+    Values of one sector that represents all are extended to all. The samples end with
+    the last complete output interval.
     """
     count, folds = int(march.counter[contact.SAMPLE]), march.lean.model.folds
     kept = Tracks._make(track[:count] for track in march.tracks)
@@ -121,9 +121,9 @@ def history_of(march: March) -> History:
 
 
 def _by_point(model: Model, tips: Floats, pushed: Floats) -> dict[str, Floats]:
-    """Return {name: samples} of all contact points, by blade and point of its tip.
+    """Return displacements and impulses of all contact points, {name: samples}.
 
-    It is {} if each tip has one point.
+    They are sorted by blade and by point of its tip; {} if each tip has one point.
 
     tips, pushed : (n, N n_c, 2), m, displacements; (n, N n_c), N s, impulses of all
         points
@@ -190,7 +190,7 @@ def _free_growth(march: March, energy: Floats) -> float:
 def _judged(march: March) -> Evidence:
     """Return the evidence that a march has stored so far.
 
-    If one sector is integrated for all, energies are multiplied to those of all.
+    Energies of one of g sectors that move alike are multiplied by g.
     """
     rows = march.tracks.evidence[: int(march.counter[contact.JUDGED])]
     steps = np.arange(1.0, len(rows) + 1) * march.beat
@@ -205,7 +205,8 @@ def _judged(march: March) -> Evidence:
 def _closing(march: March) -> dict[str, float]:
     """Return the energy balance (ledger) of all sectors, {term: J}, at this step.
 
-    If a term is not finite, return the ledger at the last row of evidence, which is.
+    If that is not finite, return the ledger at the last row of evidence, which is
+    always finite.
     """
     with np.errstate(all="ignore"):
         now, entries = march.scheme.balance(march.state), march.state.ledger
