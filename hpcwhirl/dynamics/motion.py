@@ -1,4 +1,4 @@
-"""The physical state of a march: displacements and velocities of both bodies.
+"""The physical state of a march: displacements and velocities of rotor and casing.
 
 It is expressed in coordinates that all schemes share, those of the matrices of the
 whole model: of the rotor in the rotating frame, of the casing in the static frame. So a
@@ -7,14 +7,14 @@ or friction. If the modes differ, the state is projected onto the new ones,
 M-orthogonally.
 
 A march begins with the rotor at angle 0. A motion that was read at another angle is
-`turned`: the casing is rotated by that angle, which makes no difference, since casing
-and supports are the same in all directions (`check_continuable`).
+`turned`: rotor and casing are rotated back together, which makes no difference, since
+casing and supports are the same in all directions (`check_continuable`).
 
-A state holds increments d = x_n - x_{n-1} instead of velocities v. They are related by
-a step without forces, d' = keep d - pull x: for central differences v = (d + d') / 2
-dt, for the exact flow v is the velocity of the mode. Both relations are inverted
-exactly: a free motion that is read and begun again is the uninterrupted one, to
-round-off.
+A kernel's state has increments d = x_n - x_{n-1} instead of velocities v. They are
+related by a step without forces, d' = keep d - pull x: for central differences v = (d +
+d') / 2 dt, for the exact flow v is the velocity of the mode. Both relations are
+inverted exactly: a free motion that is read and begun again is the uninterrupted one,
+to round-off.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ SAME = 1e-8  # largest relative part of a motion by which its sectors may differ
 
 
 class Motion(NamedTuple):
-    """Displacements and velocities of both bodies, in the model's coordinates.
+    """Displacements and velocities of rotor and casing, in the model's coordinates.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Motion(NamedTuple):
 
 
 class Amplitudes(NamedTuple):
-    """Modal amplitudes of both bodies and their velocities.
+    """Modal amplitudes of rotor and casing, and their velocities.
 
     Attributes
     ----------
@@ -77,15 +77,15 @@ class Steps(Protocol):
     """
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return velocities from displacements x and increments d = x_n - x_{n-1}.
+        """Return a body's velocities v, (n,), from x and increments d = x_n - x_{n-1}.
 
-        All arrays are those of one body, (n,), in physical or modal coordinates.
+        x : (n,), displacements or modal amplitudes of the body
         """
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return increments d = x_n - x_{n-1} from displacements x and velocities v.
+        """Return a body's increments d = x_n - x_{n-1}, (n,), from x and velocities v.
 
-        All arrays are those of one body, (n,), in physical or modal coordinates.
+        x : (n,), displacements or modal amplitudes of the body
         """
 
 
@@ -94,9 +94,10 @@ class FreeSteps:
     """Conversion between velocities and increments of a body, for central differences.
 
     A step without contact is d' = keep d - pull x; d = x_n - x_{n-1} and d' are the
-    last and the next increment of displacements x. The velocity is (d + d') / 2 dt.
+    last and the next increment of x, displacements or modal amplitudes. The velocity is
+    (d + d') / 2 dt.
 
-    keep, pull : (n,) for modes, or (n, n)
+    keep, pull : (n,) for modes, or (n, n) for displacements
     step : dt, s
     """
 
@@ -105,17 +106,19 @@ class FreeSteps:
     step: float
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return the velocities (d + d') / 2 dt, with d' = keep d - pull x.
+        """Return a body's velocities (d + d') / 2 dt, with d' = keep d - pull x.
 
-        x, d : (n,), displacements, and their increments in the last step
+        x, d : (n,), displacements or amplitudes, and their increments in the last step
         """
         ahead = _times(self.keep, d) - _times(self.pull, x)
         return np.asarray((d + ahead) / (2 * self.step))
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return the last increments d, which solve (1 + keep) d = 2 dt v + pull x.
+        """Return a body's increments d, which solve (1 + keep) d = 2 dt v + pull x.
 
-        x, v : (n,), displacements and velocities
+        They are those of the last step, (n,).
+
+        x, v : (n,), displacements or amplitudes, and velocities
         """
         right = 2 * self.step * v + _times(self.pull, x)
         if self.keep.ndim == 1:
@@ -137,14 +140,14 @@ class FreeFlow:
     of_x: Floats
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return the velocities at the end of a step.
+        """Return the velocities of modes, (m,), at the end of a step.
 
         x, d : (m,), amplitudes of the modes, and their increments in the step
         """
         return self.of_d * d + self.of_x * x
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return the increments x_n - x_{n-1} in the last step, (m,).
+        """Return the increments of modes, x_n - x_{n-1}, in the last step, (m,).
 
         x, v : (m,), amplitudes of the modes, and their velocities
         """

@@ -70,9 +70,9 @@ def transforms(blades: int) -> tuple[Floats, Floats]:
     -------
     turns : (N, 2 k) flat, cos and -sin of the k slots (nodal diameters, padded) at each
         blade
-    wave : (2 k, wide) flat, cos and sin at blades 0 .. N // 2, for the even and the odd
-        part; padding columns repeat blade 0. The last entries are N and the split in
-        two factors, see `kernels.transform`
+    wave : (2 k, wide) flat, cos and sin of each slot at blades j = 0 .. N // 2, for
+        half sum and half difference of blades j and N - j; padding columns repeat blade
+        0. The last entries are N and the split in two factors, see `kernels.transform`
     """
     waves, half = blade_waves(blades), blades // 2 + 1
     k, wide = widths(blades)
@@ -299,9 +299,10 @@ def _rubbed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
 
 
 def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
-    """Return the pulse, and the coefficients of a ring of harmonics, for the kernel.
+    """Return the kernel's arrays of the pulse and of the modes of the casing's ring.
 
-    The modal forces of the pulse and the coefficients are empty if the casing is rigid.
+    The ring is one of harmonics; its modes are in slots, one for each nodal diameter.
+    The arrays are empty if the casing is rigid.
     """
     items, load = _ring_arrays(model, scene)
     _, sign = fold(scene.nodal_diameter, model.blades)
@@ -342,7 +343,7 @@ def turn_ring(
     are turned such that this step still has its old angle.
 
     items : packed coefficients, changed in place
-    state : the march's state, whose increments are changed in place; None: none are
+    state : the march's state, of which increments are changed in place, or None
     """
     if not len(items):
         return
