@@ -192,7 +192,7 @@ class ModesMotion:
 
 
 class FreeModes:
-    """Modes of a body under central differences, of which free motions are computed.
+    """Modes of a body under central differences, with free motion in closed form.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ class FreeModes:
         self.spin = items[passes.SPIN][self.own] * step
 
     def motion(self, state: Floats, step: int) -> ModesMotion:
-        """Return the free motion of the body from a state on, in closed form.
+        """Return the free motion of the body that starts from a given state.
 
         state : the body's part of the kernel's state, with all contact forces applied
         step : number of the last step

@@ -66,12 +66,11 @@ def put_between(march: March, a: Any, b: Any, share: float) -> None:
 def distance(march: March, a: Any, b: Any) -> float:
     """Return the distance of two motions of a scene, sqrt(E), E the energy of b - a, J.
 
-    E is the kinetic and strain energy of the difference, of both bodies and all
-    sectors. With terms of rotation the energy in the ledger is Jacobi's, T - Omega^2
-    x^T M x / 2 + U, with the kinetic energy T in the rotating frame and the strain
-    energy U of x, which may be below 0: 1/2 Omega^2 x^T M x of the rotor is added to
-    it, which leaves the kinetic energy of the motion in the rotating frame and the
-    strain energy, both positive.
+    E is the kinetic and strain energy of the difference, of rotor and casing and all
+    sectors. With terms of rotation the ledger has Jacobi's energy, T - Omega^2 x^T M x
+    / 2 + U, which may be below 0, with the kinetic energy T in the rotating frame and
+    the strain energy U of displacements x. Omega^2 x^T M x / 2 of the rotor is added to
+    it, so that E = T + U.
 
     march : a march of the scene
     a, b : states at the same step, see `copy_of`
@@ -94,12 +93,11 @@ def distance(march: March, a: Any, b: Any) -> float:
 
 
 def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
-    """Return the state of the motion `of_a` a + `of_b` b.
+    """Return a state whose motion is `of_a` times that of a, plus `of_b` times b's.
 
     Its steps, contacts and works are those of a; it has no certificate.
 
     a, b : states at the same step
-    of_a, of_b : the factors of the two motions
     """
     parts = {name: array.copy() for name, array in a._asdict().items()}
     for name in MOTION:
@@ -226,7 +224,8 @@ class SideBySide:
     def draw(self, factor: float) -> None:
         """Multiply the difference of the twin's motion from the march's by `factor`.
 
-        With the initial distance over the present one it restores the initial distance.
+        factor : initial distance over the present one, which restores the initial
+            distance
         """
         a, b = copy_of(self.one), copy_of(self.other)
         put_between(self.other, a, b, factor)
