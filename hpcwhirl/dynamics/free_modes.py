@@ -28,7 +28,7 @@ SIGNS = (-1.0, 1.0)  # signs in alpha and beta = (A -+ i B) / 2
 
 
 def flushed(values: Floats) -> Floats:
-    """Return numbers with those below 1e-150 set to 0, as the kernels do."""
+    """Return numbers with those of magnitude below 1e-150 set to 0, as kernels do."""
     return np.where(np.abs(values) < TINY, 0.0, values)
 
 
@@ -60,7 +60,7 @@ class Roots:
     decays: bool
 
     def waves(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B) of free amplitudes q_n = r^n (A cos n phi + B sin n phi).
+        """Return (A, B) of the free amplitudes q_n = r^n (A cos n phi + B sin n phi).
 
         A, B : (modes,) each
         q, d : (modes,), amplitudes at n = 0, and their increments in the last step
@@ -68,7 +68,7 @@ class Roots:
         return q, (q * self.back + self.radius * d) / self.sine
 
     def increments(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B) of free increments d_n = r^n (A cos n phi + B sin n phi).
+        """Return (A, B) of the free increments d_n = r^n (A cos n phi + B sin n phi).
 
         A, B : (modes,) each
         q, d : (modes,), amplitudes at n = 0, and their increments d_n = q_n - q_{n-1}
@@ -98,7 +98,7 @@ def roots_of(items: Floats) -> Roots:
 
 @dataclass(frozen=True)
 class ModesMotion:
-    """Free motion of a body's modes in closed form: q = alpha z^n + beta conj(z)^n.
+    """A free motion of a body's modes in closed form: q = alpha z^n + beta conj(z)^n.
 
     z is the root of a mode, n the number of steps since the start of the motion.
 
@@ -118,30 +118,34 @@ class ModesMotion:
     delta: Complexes
 
     def places(self, z: Complexes) -> Complexes:
-        """Return the modes' amplitudes q at some samples, (samples, modes).
+        """Return the modes' amplitudes q, (samples, modes), at given samples.
 
         z : (samples, modes), z^n after the n steps of each sample
         """
         return self.alpha * z + self.beta * z.conj()
 
     def swing(self, rows: Complexes) -> Complexes:
-        """Return factors f, (modes, r), of r displacements Re(f^T z^n) after n steps.
+        """Return factors f, (modes, r), that give r displacements after n free steps.
 
-        rows : (r, modes), for unit amplitudes: the displacements are Re(conj(rows) q)
+        These are Re(f^T z^n), equal to Re(conj(rows) q) with q the modes' amplitudes.
+
+        rows : (r, modes), the displacements for unit amplitudes
         """
         return (rows.conj() * self.alpha + rows * self.beta.conj()).T
 
     def increments(self, z: Complexes) -> Complexes:
-        """Return the modes' increments d at samples, (samples, modes).
+        """Return the modes' increments d, (samples, modes), at given samples.
 
         z : (samples, modes), z^n after the n steps of each sample
         """
         return self.gamma * z + self.delta * z.conj()
 
     def energies(self, z: Complexes) -> Floats:
-        """Return the energy of all modes, (samples,), J, as `modal_energy` defines it.
+        """Return the energy of all modes together, (samples,), J, at given samples.
 
-        z : (samples, modes), z^n
+        It is defined as by the kernels' `modal_energy`.
+
+        z : (samples, modes), z^n after the n steps of each sample
         """
         a, b, c, d = self.alpha, self.beta, self.gamma, self.delta
         kinetic, strain = 0.5 / self.body.step**2, 0.5 * self.body.omega**2
@@ -153,16 +157,16 @@ class ModesMotion:
         return np.asarray(np.abs(z) ** 2 @ steady + (z**2 @ beating).real)
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
-        """Set the kernel's state of a body to that after `steps` steps of free motion.
+        """Write the body's motion after `steps` free steps into the kernel's state.
 
         Return rates and squares, whose sum of products is the damping loss of the last
-        step, J: the kernel will enter this later.
+        step, J: the kernel enters it in the ledger when it goes on.
 
         Parameters
         ----------
-        state : state of the body in the kernel, set here; amplitudes of the ring are in
-            the rotating frame
-        steps, step : number of steps since the start of this motion and of the march
+        state : the body's part of the kernel's state, set here; amplitudes of the ring
+            are in the rotating frame
+        steps, step : number of steps since the start of this motion, and of the march
 
         Returns
         -------
@@ -188,12 +192,13 @@ class ModesMotion:
 
 
 class FreeModes:
-    """Modes of a body under central differences, whose free motions it computes.
+    """Modes of a body under central differences, with free motion in closed form.
 
     Parameters
     ----------
     items : (ITEMS, modes), coefficients of a step of the modes, see `kernels.passes`
-    width : the state has shape (3, rows, 2, width), re and im, modes = rows width
+    width : number of modes in a row of the state, which is (3, rows, 2, width), re and
+        im
     step : dt, s
 
     Attributes
@@ -215,9 +220,9 @@ class FreeModes:
         self.spin = items[passes.SPIN][self.own] * step
 
     def motion(self, state: Floats, step: int) -> ModesMotion:
-        """Return the free motion from a state with all contact forces applied.
+        """Return the free motion of the body that starts from a given state.
 
-        state : amplitudes and increments of the body in the kernel
+        state : the body's part of the kernel's state, with all contact forces applied
         step : number of the last step
         """
         parts = state.reshape(self.shape)

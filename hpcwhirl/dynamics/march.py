@@ -1,4 +1,4 @@
-"""The march: the time integration of one case, in slices of about 10 ms each.
+"""The march: the time integration of one case, in slices of about 10 ms of wall time.
 
 Times and angles follow from the step number, so that any division into slices gives the
 same bits.
@@ -37,11 +37,11 @@ from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
 
-SLICE_SECONDS = 0.01  # duration of a slice
+SLICE_SECONDS = 0.01  # wall time that a slice should take
 FIRST_SLICE = 256  # steps of the first slice, before the time of a step is known
 LEAST_SLICE = 16  # least number of steps of a slice
-TELLING = 0.1  # least share of `SLICE_SECONDS` that a slice must take to time its steps
-LEAST_SECONDS = 1e-6  # least duration of a slice that is assumed for that
+TELLING = 0.1  # share of `SLICE_SECONDS` below which a shortened slice tells no time
+LEAST_SECONDS = 1e-6  # least wall time of a slice, to divide by
 _slices: dict[tuple[str | int, ...], int] = {}  # {`March.kind`: steps of last slice}
 LOOKS = 50  # rows of evidence between two searches for a certificate
 PATIENCE = 16  # largest multiple of `LOOKS` between two searches
@@ -59,12 +59,17 @@ class March:
 
     Parameters
     ----------
-    case
-        the case; its `scene` and `model` are also attributes here, and so is `lean`,
-        the scene and model that are integrated: of all sectors or of one
-    start
-        the initial motion: the final one of another march; None: the motion given by
-        `start_energy` of the case, else rest, or the circle of an unbalanced rotor
+    case : the case to integrate
+    start : the initial motion: the final one of another march; None: the motion given
+        by `start_energy` of the case, else rest, or the circle of an unbalanced rotor
+
+    Attributes
+    ----------
+    scene, model : scene and model of the case, of all sectors
+    lean : scene and model that are integrated, of all sectors or of one
+    scheme : the integrator, with the kernel's constant arrays
+    state : motion, ledger and counters at the present step, which the kernel changes
+    tracks : samples and rows of evidence written so far
 
     Raises
     ------
@@ -93,7 +98,9 @@ class March:
         self.fold()
 
     def _begin(self, lean: Marched) -> None:
-        """Create the scheme; set its state to the start of the run: rest or a motion.
+        """Make the integrator and set its state to the start of the run.
+
+        The start is rest or the initial motion.
 
         lean : scene and model to integrate; if they cannot represent the initial
             motion, those of all sectors are taken instead
@@ -112,22 +119,20 @@ class March:
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
     def _started(self, start: Motion) -> bool:
-        """Set the state to an initial motion; return whether that was possible.
+        """Start from an initial motion; return whether the model can represent it.
 
-        It is impossible if one sector is integrated and the motion differs between
-        sectors.
+        It cannot if one sector is integrated and the motion differs between sectors.
         """
         self._refresh(None)
         return self.scheme.begin(start)
 
     def _refresh(self, state: Any) -> None:
-        """Set speed, casing shape and the kernel's arrays to those of the present step.
+        """Compute speed, casing shape and the kernel's arrays for the present step.
 
-        They change if the speed is a function of time, which is divided into intervals,
-        or if a casing held in a shape is let go.
+        They change from one interval to the next if the speed is a function of time,
+        and when a casing that was held in a shape is let go.
 
-        state : state of the kernel, which is adapted to a new interval; None: no state
-            is adapted
+        state : the kernel's state, to be adapted to a new interval of speed, or None
         """
         scene = self.lean.scene
         free = NEVER < self.let_go <= self.steps
@@ -146,9 +151,10 @@ class March:
 
     @contextmanager
     def at_start(self) -> Iterator[None]:
-        """Use the kernel's arrays of the first interval of speed in a `with` statement.
+        """Give the kernel's arrays their values of step 0 within a `with` statement.
 
-        The fingerprint of a snapshot is computed from them.
+        With a changing speed they differ later. The fingerprint of a snapshot, which
+        must not depend on the step, is computed from them.
         """
         steps = self.steps
         self.counter[contact.STEP] = 0
@@ -160,13 +166,13 @@ class March:
             self._refresh(None)
 
     def recall(self) -> None:
-        """Set speed, casing shape and the kernel's arrays for a restored state."""
+        """Compute speed, casing shape and the kernel's arrays for a loaded state."""
         self._refresh(None)
 
     def put(self, state: Iterable[Floats]) -> None:
-        """Set the march to a given state of the same scene, perhaps at another step.
+        """Replace the march's state by one of the same scene, perhaps at another step.
 
-        state : arrays of the state, in its order
+        state : arrays of the state, in the order of its fields
         """
         for target, array in zip(self.state, state, strict=True):
             target[...] = array
@@ -175,8 +181,9 @@ class March:
     def _coast(self) -> FreeDecay | None:
         """Return the object that finds certificates and the motion after them, or None.
 
-        None if the run wants no certificate, or if for this scheme, rotor or changing
-        speed there is no closed form.
+        None if the plan of the case seeks no certificate, or if there is no closed form
+        for this scheme, for a rotor with a mode that does not oscillate, or for a
+        changing speed.
         """
         scene, scheme = self.lean.scene, self.scheme
         if not isinstance(scheme, RotatingFrame) or not self.case.plan.settles:
@@ -191,10 +198,11 @@ class March:
         return coast if coast.possible else None
 
     def _watch(self) -> None:
-        """Restart the run with all sectors if the integrated one had too much contact.
+        """Restart the run with all sectors if the one integrated had too much contact.
 
-        Round-off grows from contact to contact, and a motion without the symmetry may
-        grow from it: one sector represents all sectors only while this is negligible.
+        Round-off grows from contact to contact, and a motion that differs between
+        sectors may grow from it: one sector represents all only while this is
+        negligible.
         """
         if not self.watched or self.steps % self.watched:
             return
@@ -205,19 +213,23 @@ class March:
             self.unfold()
 
     def unfold(self) -> None:
-        """Restart the run with all sectors instead of one."""
+        """Restart the run with all sectors integrated, instead of one."""
         self._begin(self.case.whole)
 
     def fold(self) -> None:
-        """Restart the run with the sectors that the plan chose: one for all, or all."""
+        """Restart the run with the model that the plan chose, of one sector or of all.
+
+        One sector represents all if they move alike. If two of its waves nearly
+        coincide, all are integrated.
+        """
         lean = self.case.lean
         self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
 
     def _slice(self, size: int) -> int:
-        """Return how many steps, up to `size`, can be taken before the next check.
+        """Return how many steps, at most `size`, can be taken before the next check.
 
-        The checks are the search for a certificate (`_look`) and that of the contacts
-        of one sector integrated for all (`_watch`).
+        A check is the search for a certificate (`_look`), or that of the contact of one
+        sector, if it represents all (`_watch`).
         """
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps
@@ -227,14 +239,18 @@ class March:
         return size
 
     def _look_after(self, steps: int) -> None:
-        """Postpone the search for a certificate by at least `steps` steps."""
+        """Postpone the next search for a certificate by at least `steps` steps.
+
+        It takes place at a step with a row of evidence.
+        """
         at = self.steps + steps
         self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 
     def _look(self) -> None:
-        """Search for a certificate if one is due; if found, end or complete the run.
+        """Search for a certificate, if one is due; if found, end or complete the run.
 
-        It is found if a bound of all later motion is below the gap.
+        It is found if a bound of all later motion of tips and ring is below the gap.
+        Then a run until "certain" ends, and another is completed in closed form.
         """
         if self.coast is None or self.steps < int(self.counter[contact.NEXT_TRY]):
             return
@@ -263,7 +279,7 @@ class March:
 
     @property
     def _limit(self) -> float:
-        """Amplitude limit: the magnitude of a tip's displacement that ends a run, m."""
+        """Magnitude of a tip's displacement at which a run ends as too large, m."""
         return self.scene.solver.amplitude_limit * self.scene.engine.rotor.radius
 
     def _empty_tracks(self) -> Tracks:
@@ -294,7 +310,8 @@ class March:
         """Numbers (N, P) of blades, and of points on each whose stress is stored.
 
         P is 0 unless traces are "full". The stress is computed from the state at each
-        sample; a scheme that jumps does not stop at samples, so that none is stored.
+        sample; scheme `exact`, which jumps, does not stop at samples, so that none is
+        stored.
         """
         stress, scene = self.model.rotor.stress, self.scene
         whole = scene.output.traces == "full" and not scene.solver.flies
@@ -304,9 +321,9 @@ class March:
         return np.zeros((self.total // self.stride, *self._stress_shape))
 
     def _read_stress(self) -> None:
-        """Compute and store the stress at the blades' named points at this step, Pa.
+        """Compute and store the stress at the named points of all blades, Pa.
 
-        The step is one at which a sample of the traces is written.
+        The present step must be one at which a sample of the traces is written.
         """
         stress = self.model.rotor.stress
         if stress is not None:
@@ -314,11 +331,11 @@ class March:
             self.stresses[row] = stress.at(self.displacements()[0])
 
     def _read_ahead(self) -> None:
-        """Compute and store the stress at all later samples after a certificate.
+        """Compute and store the stress at all samples after a certificate.
 
-        The steps are taken without contact, which is the motion beyond a certificate,
-        to round-off; then the present state is restored, from which the run is
-        completed in closed form.
+        For this the run is integrated to its end with the kernel; then the state is
+        restored, from which the run is completed in closed form. Without contact, both
+        motions are equal to round-off.
         """
         if not self.stresses.size:
             return
@@ -330,14 +347,20 @@ class March:
 
     @property
     def evidence_columns(self) -> int:
-        """Number of values in each row of evidence, larger if the speed changes."""
+        """Number of values in each row of evidence.
+
+        It is larger for a rotor with terms of rotation at a changing speed.
+        """
         rotor = self.scheme.arrays.rotor
         driven = isinstance(rotor, CoupledBody) and len(rotor.force) > 0
         return contact.OF_WHOLE + 1 if driven else contact.COLUMNS
 
     @property
     def counter(self) -> Any:
-        """The state's counters: steps, contacts, samples and others, see `contact`."""
+        """Integer counters of the state: steps, contacts, samples and others.
+
+        Their indices are named in `kernels.contact`.
+        """
         return self.state.counter
 
     @property
@@ -355,30 +378,30 @@ class March:
 
     @property
     def last_row(self) -> int:
-        """Last step with a row of evidence, up to which a longer run is the same.
+        """Step of the last row of evidence, to which a longer run has the same bits.
 
-        After it, jumps of scheme exact depend on the end of the run.
+        After it, jumps of scheme `exact` depend on the end of the run.
         """
         return self.total // self.beat * self.beat
 
     @property
     def done(self) -> bool:
-        """Whether the run has reached its end or a reason to stop."""
+        """Whether the run has taken its last step, or has been stopped before."""
         return self.steps >= self.total or self.counter[contact.STOP] != 0
 
     def displacements(self) -> tuple[Floats, Floats]:
         """Return the present displacements, m, of rotor, (n,), and casing, (c,).
 
-        They are those of the n and c coordinates of the whole model: of the rotor in
-        the rotating frame, of the casing in the static frame.
+        They are those of all n and c coordinates of the model: of the rotor in the
+        rotating frame, of the casing in the static frame.
         """
         now = self.scheme.motion(self.state, self.steps)
         return now.rotor, now.casing
 
     def motion(self) -> Motion:
-        """Return displacements and velocities of both bodies at the present step.
+        """Return displacements and velocities of rotor and casing at the present step.
 
-        The angle of the rotor, 0 .. 2 pi, is part of the result.
+        The result includes the angle of the rotor, 0 .. 2 pi.
         """
         now = self.scheme.motion(self.state, self.steps)
         time = self.steps * self.scene.solver.time_step
@@ -402,14 +425,18 @@ class March:
                 self._read_stress()
 
     def _next_read(self, goal: int) -> int:
-        """Return the step, at most `goal`, at which the stress is computed next."""
+        """Return the next step, at most `goal`, at which the stress is to be computed.
+
+        It is `goal` if no stress is stored.
+        """
         after = self.steps - self.steps % self.stride + self.stride
         return min(goal, after) if self.stresses.size else goal
 
     def _march_to(self, goal: int) -> None:
-        """Integrate up to step `goal`, with new arrays where an interval of speed ends.
+        """Integrate up to step `goal`, or until the run stops.
 
-        Where a casing held in a shape is let go, it is released.
+        On the way, the kernel's arrays are computed anew where an interval of speed
+        ends, and a casing held in a shape is let go when its time comes.
         """
         while self.steps < goal and self.counter[contact.STOP] == 0:
             cut = self._next_cut()
@@ -421,9 +448,10 @@ class March:
                 self._release()
 
     def _next_cut(self) -> int:
-        """Return the step at which an interval of speed ends or a casing is let go.
+        """Return the next step at which the kernel's arrays must be computed anew.
 
-        If neither is to come, it is the last step of the run.
+        There an interval of speed ends or a casing held in a shape is let go. If
+        neither is to come, it is the last step of the run.
         """
         steps, cuts = self.steps, []
         if self.schedule is not None:
@@ -433,7 +461,7 @@ class March:
         return min(cuts, default=self.total)
 
     def _release(self) -> None:
-        """Let go of a casing held in a shape: the shape becomes a displacement.
+        """Let go of a casing held in a shape: the shape becomes its displacement.
 
         The energy that this adds is entered in the ledger as work of the loading.
         """
@@ -462,8 +490,8 @@ class March:
     def kind(self) -> tuple[str | int, ...]:
         """Key that is equal for marches with the same kernel and similar time per step.
 
-        It is the scheme and the numbers of blades, rotor modes and casing modes. The
-        size of the first slice is that of the last march with the same key.
+        It is (scheme, numbers of blades, of rotor modes, of casing modes). A march
+        begins with the size of slice with which the last march of the same key ended.
         """
         lean = self.lean
         scheme, ring = lean.scene.solver.scheme, lean.model.casing
@@ -473,7 +501,7 @@ class March:
     def warm(self) -> None:
         """Compile the kernels of a run without taking a step.
 
-        The wall time of this is not added to `seconds`.
+        The wall time of compilation is not added to `seconds`.
         """
         self._call(0)
         self.scheme.balance(self.state)
@@ -507,17 +535,17 @@ class March:
                 between_slices()
 
     def history(self) -> History:
-        """Return the history of the run so far: samples, and the present ledger."""
+        """Return the history of the run so far: samples, totals and present ledger."""
         return history_of(self)
 
 
 def next_slice(size: int, made: int, seconds: float) -> int:
     """Return the number of steps of the next slice, so that it takes about 10 ms.
 
-    size, made : numbers of steps of the last slice, planned and made. If it ended
-        early, its time counts only if it was long enough: in a very short slice the
-        call itself takes most of the time
-    seconds : duration of the last slice
+    size, made : numbers of steps of the last slice, planned and taken. If fewer were
+        taken, the last slice is ignored if it was very short, when most of its time was
+        that of the call itself
+    seconds : wall time of the last slice
     """
     if made < size and seconds < TELLING * SLICE_SECONDS:
         return size

@@ -1,16 +1,18 @@
-"""Arrays of a rotor of unequal sectors: its modes as waves, or as they are.
+"""Kernel arrays of rotors of unequal sectors, and their modes as waves.
 
-Modes that rotation does not couple are waves in `kernels.whole`, and real modes in
-`kernels.general`; both have the ring by nodal diameter and the Delassus matrix.
+Modes that rotation does not couple are integrated as waves by `kernels.whole`, or as
+they are by `kernels.general`; both have the ring by nodal diameter and a constant
+Delassus matrix.
 
-The two roots of central differences of a mode,
+The two roots of central differences of a mode of frequency omega and damping ratio xi,
 
 s^2 (1 - dt^2 omega^2/4) + 2 xi omega s + omega^2 = 0,  z = (1 + s dt/2)/(1 - s dt/2),
 
-are a conjugate pair: the mode is q = Re(a), a step turns a into z a, and d = q_n -
-q_{n-1} = Re(rise a), rise = 1 - 1/z. A modal force f adds give f to q and to d, at the
-step's end. With d' of a step without forces that ends with a, and d of the step before
-it, d' + d = Re(moves a).
+are a conjugate pair. The mode's wave is a complex amplitude a that a free step
+multiplies by z; the mode's amplitude is q = Re(a), and its increment d = q_n - q_{n-1}
+= Re(rise a), rise = 1 - 1/z. A modal force f adds give f to q and to d at the step's
+end. The increments of a free step that ends with a, and of the step before it, have the
+sum Re(moves a).
 """
 
 from __future__ import annotations
@@ -51,15 +53,18 @@ from hpcwhirl.scene.rules import NO_BLADE
 
 @dataclass(frozen=True)
 class ModeWaves:
-    """Modes as waves of central differences.
+    """The m modes of a body as waves of central differences, one for each mode.
+
+    A wave is a complex amplitude a; the mode's amplitude is q = Re(a), its last
+    increment d = q_n - q_{n-1}.
 
     Attributes
     ----------
     step : dt, s
     omega : (m,), rad/s
-    ahead : (m,), z - 1, z the factor of an amplitude in a step without forces
-    give : (m,), (1/dt^2 + xi omega/dt)^-1, change of a mode's amplitude, and of its
-        increment in the step, by a unit modal force
+    ahead : (m,), z - 1: a step without forces multiplies a by z
+    give : (m,), (1/dt^2 + xi omega/dt)^-1, change of q and of d in a step by a unit
+        modal force
     """
 
     step: float
@@ -69,48 +74,64 @@ class ModeWaves:
 
     @property
     def rise(self) -> Complexes:
-        """Increments d = q_n - q_{n-1} of the modes for unit amplitudes, (m,)."""
+        """Factors, (m,), that give increments of modes: q_n - q_{n-1} = Re(rise a_n).
+
+        a_n is the wave's complex amplitude at step n, q_n = Re(a_n) that of the mode.
+        """
         return np.asarray(self.ahead / (1 + self.ahead))
 
     @property
     def rates(self) -> Complexes:
-        """Velocities (q_{n+1} - q_{n-1}) / 2 dt for unit amplitudes at step n, (m,)."""
+        """Factors, (m,), 1/s, that give velocities of modes, Re(rates a_n).
+
+        a_n is the wave's complex amplitude at step n; the velocity is (q_{n+1} -
+        q_{n-1}) / 2 dt.
+        """
         return np.asarray(self.rise * (2 + self.ahead) / (2 * self.step))
 
     @property
     def is_basis(self) -> bool:
-        """Whether each mode oscillates, with two roots that do not nearly coincide."""
+        """Whether each mode oscillates, with two roots that are not nearly equal.
+
+        If not, its motion cannot be integrated as a wave.
+        """
         with np.errstate(divide="ignore", invalid="ignore"):
             apart = np.abs(self.rise.imag) / np.abs(self.rise)
         return bool((apart * WORST > 1.0).all())
 
     @property
     def moves(self) -> Complexes:
-        """Ratio of (x_{n+1} - x_{n-1}) to the amplitude at step n + 1, (m,).
+        """Factors, (m,), that give the change of modal amplitudes over two free steps.
 
-        It is that of free motion, x the displacement of a mode.
+        q_{n+1} - q_{n-1} = Re(moves a_{n+1}), with a the wave's amplitude, q the
+        mode's.
         """
         return np.asarray(self.rise * (1 + 1 / (1 + self.ahead)))
 
     def amplitudes(self, q: Floats, moved: Floats, of: Complexes) -> Complexes:
-        """Return the complex amplitudes a, (m,), with Re(a) = q and Re(of a) = moved.
+        """Return the waves' complex amplitudes a, (m,), of a motion of the modes.
 
-        q, moved : (m,), real amplitudes of the modes, and their increments or
-            velocities
-        of : (m,), factors that give the latter, for example `rise` or `rates`
+        They have Re(a) = q and Re(of a) = moved.
+
+        q, moved : (m,), amplitudes of the modes, and their increments or velocities
+        of : (m,), factors for the latter: `rise` for increments, `rates` for velocities
         """
         return np.asarray(q + 1j * (of.real * q - moved) / of.imag)
 
     @property
     def gives(self) -> Complexes:
-        """Increment of each amplitude by a unit modal force, (m,)."""
+        """Change of each wave's complex amplitude a by a unit modal force, (m,).
+
+        The force acts in one step; the change is that at its end.
+        """
         return self.amplitudes(self.give, self.give, self.rise)
 
     @property
     def form(self) -> Floats:
-        """Coefficients (3, m), J, in the energy, of re^2, 2 re im, im^2 of amplitudes.
+        """Coefficients (3, m) of re^2, 2 re im and im^2 of the waves' amplitudes, in J.
 
-        The energy is (d / dt)^2 / 2 + omega^2 q (q - d) / 2, d = q_n - q_{n-1}.
+        They give the energy of each mode, (d / dt)^2 / 2 + omega^2 q (q - d) / 2, with
+        amplitude q and increment d = q_n - q_{n-1}.
         """
         rise, before, stiff = self.rise, 1 / (1 + self.ahead), self.omega**2
         squares = rise.real**2, -rise.real * rise.imag, rise.imag**2
@@ -119,7 +140,10 @@ class ModeWaves:
 
 
 def mode_waves(body: ModalModel, step: float) -> ModeWaves:
-    """Return the waves of a body's modes; step : dt, s, below the stability limit."""
+    """Return the modes of a body as waves of central differences.
+
+    step : dt, s, below the stability limit
+    """
     omega, rate = body.omega, body.ratios * body.omega
     stiff = 1 - (omega * step / 2) ** 2
     swing = np.sqrt((omega**2 * stiff - rate**2).astype(np.complex128))
@@ -163,13 +187,15 @@ def uncoupled_rotor(model: Model, scene: Scene, waves: ModeWaves) -> UncoupledRo
 
 
 def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
-    """Return the coefficients of a body's modes, (ITEMS, size), see `kernels.passes`.
+    """Return coefficients of a step of a body's modes, (ITEMS, size), for `general`.
 
-    Where the cyclic kernel multiplies the spectrum of the multipliers by displacements
-    of a tip in a mode, the general one has the modal forces themselves: those of normal
-    forces, then those of friction over mu. So the coefficients RADIAL and SI are 1.
+    `kernels.passes` names them. The kernel `cyclic` has multipliers by nodal diameter,
+    and multiplies them by the tip's displacements RADIAL and SI in a mode; `general`
+    has the modal forces themselves, first those of the normal forces, then those of
+    friction, divided by mu. So RADIAL and SI are 1 here.
 
-    mu, size : friction with the sign of the speed; number of modes, padded
+    mu : friction with the sign of the speed
+    size : number of modes, with padding
     """
     modes = len(body.omega)
     keep, pull, give = recursion(body.omega, body.ratios, step)
@@ -184,7 +210,7 @@ def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
 
 
 def general_rotor(model: Model, scene: Scene) -> GeneralRotor:
-    """Return the kernel's arrays of a rotor as real modes."""
+    """Return the arrays of a rotor's real, uncoupled modes for kernel `general`."""
     body, blades = model.rotor, model.blades
     size = -(-len(body.omega) // EIGHT) * EIGHT
 
@@ -202,10 +228,10 @@ def general_rotor(model: Model, scene: Scene) -> GeneralRotor:
 
 
 def delassus(model: Model, scene: Scene) -> Floats:
-    """Return the Delassus matrix W, (N, N), m/N.
+    """Return the Delassus matrix W, (N, N), m/N, of a rotor and a ring of harmonics.
 
-    Column j: changes of all gaps in a step by a unit multiplier on blade j and its
-    friction.
+    Column j has the opening of all gaps in a step due to a unit normal force on blade j
+    and its friction.
     """
     w = rotor_compliance(model, scene)
     blades = np.arange(model.blades)
@@ -215,7 +241,10 @@ def delassus(model: Model, scene: Scene) -> Floats:
 def unequal_arrays(
     model: Model, scene: Scene, rotor: GeneralRotor | WholeRotor | UncoupledRotor
 ) -> Arrays:
-    """Return the arrays of the kernel `general` for a rotor of unequal sectors."""
+    """Return all arrays of the kernel `general`, given those of the rotor.
+
+    rotor : the rotor's arrays: real modes, or waves of coupled or of uncoupled modes
+    """
     w, lost = delassus(model, scene), scene.engine.rotor.lost_blade
     if lost != NO_BLADE:
         w[lost] -= rotor_compliance(model, scene)[lost]

@@ -1,4 +1,4 @@
-"""The physical state of a march: displacements and velocities of both bodies.
+"""The physical state of a march: displacements and velocities of rotor and casing.
 
 It is expressed in coordinates that all schemes share, those of the matrices of the
 whole model: of the rotor in the rotating frame, of the casing in the static frame. So a
@@ -7,14 +7,14 @@ or friction. If the modes differ, the state is projected onto the new ones,
 M-orthogonally.
 
 A march begins with the rotor at angle 0. A motion that was read at another angle is
-`turned`: the casing is rotated by that angle, which makes no difference, since casing
-and supports are the same in all directions (`check_continuable`).
+`turned`: rotor and casing are rotated back together, which makes no difference, since
+casing and supports are the same in all directions (`check_continuable`).
 
-A state holds increments d = x_n - x_{n-1} instead of velocities v. They are related by
-a step without forces, d' = keep d - pull x: for central differences v = (d + d') / 2
-dt, for the exact flow v is the velocity of the mode. Both relations are inverted
-exactly: a free motion that is read and begun again is the uninterrupted one, to
-round-off.
+A kernel's state has increments d = x_n - x_{n-1} instead of velocities v. They are
+related by a step without forces, d' = keep d - pull x: for central differences v = (d +
+d') / 2 dt, for the exact flow v is the velocity of the mode. Both relations are
+inverted exactly: a free motion that is read and begun again is the uninterrupted one,
+to round-off.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
 
 BODIES = "rotor", "casing"
-SAME = 1e-8  # largest relative part of a motion that one sector may leave out
+SAME = 1e-8  # largest relative part of a motion by which its sectors may differ
 
 
 class Motion(NamedTuple):
-    """Displacements and velocities of both bodies, in the model's coordinates.
+    """Displacements and velocities of rotor and casing, in the model's coordinates.
 
     Attributes
     ----------
     rotor, rotor_velocity : (n,), m, m/s, rotating frame
     casing, casing_velocity : (c,), m, m/s, static frame; (0,) of a rigid casing
-    angle : rad, by which the rotor has turned
+    angle : rad, by which the rotor has turned since the start
     """
 
     rotor: Floats
@@ -55,7 +55,7 @@ class Motion(NamedTuple):
 
 
 class Amplitudes(NamedTuple):
-    """A motion of both bodies as modal amplitudes of a model and their rates.
+    """Modal amplitudes of rotor and casing, and their velocities.
 
     Attributes
     ----------
@@ -70,22 +70,22 @@ class Amplitudes(NamedTuple):
 
 
 class Steps(Protocol):
-    """Conversion between a body's velocities and the increments in a state.
+    """Conversion between a body's velocities and the increments in a kernel's state.
 
-    A state has d = x_n - x_{n-1} instead of velocities v; x are displacements or
+    A state has d = x_n - x_{n-1} instead of velocities v; x are displacements or modal
     amplitudes.
     """
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return velocities from displacements x and increments d = x_n - x_{n-1}.
+        """Return a body's velocities v, (n,), from x and increments d = x_n - x_{n-1}.
 
-        All arrays are those of one body, (n,), in physical or modal coordinates.
+        x : (n,), displacements or modal amplitudes of the body
         """
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return increments d = x_n - x_{n-1} from displacements x and velocities v.
+        """Return a body's increments d = x_n - x_{n-1}, (n,), from x and velocities v.
 
-        All arrays are those of one body, (n,), in physical or modal coordinates.
+        x : (n,), displacements or modal amplitudes of the body
         """
 
 
@@ -94,9 +94,10 @@ class FreeSteps:
     """Conversion between velocities and increments of a body, for central differences.
 
     A step without contact is d' = keep d - pull x; d = x_n - x_{n-1} and d' are the
-    last and the next increment of displacements x. The velocity is (d + d') / 2 dt.
+    last and the next increment of x, displacements or modal amplitudes. The velocity is
+    (d + d') / 2 dt.
 
-    keep, pull : (n,) for modes, or (n, n)
+    keep, pull : (n,) for modes, or (n, n) for displacements
     step : dt, s
     """
 
@@ -105,17 +106,19 @@ class FreeSteps:
     step: float
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return the velocities (d + d') / 2 dt, with d' = keep d - pull x.
+        """Return a body's velocities (d + d') / 2 dt, with d' = keep d - pull x.
 
-        x, d : (n,), displacements, and their increments in the last step
+        x, d : (n,), displacements or amplitudes, and their increments in the last step
         """
         ahead = _times(self.keep, d) - _times(self.pull, x)
         return np.asarray((d + ahead) / (2 * self.step))
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return the last increments d, which solve (1 + keep) d = 2 dt v + pull x.
+        """Return a body's increments d, which solve (1 + keep) d = 2 dt v + pull x.
 
-        x, v : (n,), displacements and velocities
+        They are those of the last step, (n,).
+
+        x, v : (n,), displacements or amplitudes, and velocities
         """
         right = 2 * self.step * v + _times(self.pull, x)
         if self.keep.ndim == 1:
@@ -137,14 +140,14 @@ class FreeFlow:
     of_x: Floats
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return the velocities at the end of a step.
+        """Return the velocities of modes, (m,), at the end of a step.
 
         x, d : (m,), amplitudes of the modes, and their increments in the step
         """
         return self.of_d * d + self.of_x * x
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return the increments x_n - x_{n-1} in the last step, (m,).
+        """Return the increments of modes, x_n - x_{n-1}, in the last step, (m,).
 
         x, v : (m,), amplitudes of the modes, and their velocities
         """
@@ -158,8 +161,8 @@ def _times(matrix: Floats, x: Floats) -> Floats:
 def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
     """Return the conversion between velocities and increments of a body's modes.
 
-    body, step : modes without terms of rotation, or None; dt, s
-    exact : whether steps are those of the exact flow, else of central differences
+    body, step : modes without terms of rotation, None for a rigid casing; dt, s
+    exact : whether a scheme steps by the exact flow, else by central differences
     """
     omega = body.omega if body else np.zeros(0)
     ratios = body.ratios if body else np.zeros(0)
@@ -175,8 +178,8 @@ def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
 def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
     """Return a motion as amplitudes of the modes of a model, of all sectors or of one.
 
-    Return None if the model is of one sector and the motion is not the same in all
-    sectors. The part of a motion outside the span of the modes is lost.
+    Return None if the model is of one sector and the motion differs between sectors. A
+    part of the motion that no modes of the model represent is lost.
 
     Raises
     ------
@@ -204,9 +207,9 @@ def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
 
 
 def check_sizes(model: Model, motion: Motion) -> None:
-    """Raise InputError if a motion has another number of coordinates than the model.
+    """Raise InputError if a motion has another number of coordinates than a model.
 
-    The coordinates are those of the rotor and of the casing.
+    The numbers are compared for the rotor and for the casing.
     """
     values = motion.rotor, motion.casing
     for name, x, size in zip(BODIES, values, map(len, model.shapes), strict=True):
@@ -218,7 +221,7 @@ def check_sizes(model: Model, motion: Motion) -> None:
 
 
 def lowering(body: ModalModel, lift: Floats) -> Floats:
-    """Return the matrix (m, n) that gives modal amplitudes from displacements.
+    """Return the matrix (m, n) that gives a body's modal amplitudes from displacements.
 
     It is lift^T M if M is known, else the pseudo-inverse of `lift`.
 
@@ -264,7 +267,9 @@ def gaps_of(
 
 
 def turned(model: Model, motion: Motion) -> Motion:
-    """Return a motion in axes in which the rotor is at angle 0: turn the casing back.
+    """Return a motion with its casing turned back, so that the rotor is at angle 0.
+
+    A march starts at that angle; the motion may have been read at another.
 
     model : of all sectors
     """
@@ -277,10 +282,10 @@ def turned(model: Model, motion: Motion) -> Motion:
 
 
 def check_continuable(model: Model, scene: Scene) -> None:
-    """Raise InputError if a motion cannot be continued in this scene.
+    """Raise InputError if no march of a scene can start from another's motion.
 
-    A motion that was read at another angle of the rotor is rotated to angle 0 of the
-    new march. So casing and supports must be the same at all angles.
+    A motion that was read at another angle of the rotor is turned back to angle 0,
+    where the new march starts. So casing and supports must be the same at all angles.
     """
     spin, casing = model.rotor.spin, scene.engine.casing
     if casing.contact_law != RIGID:

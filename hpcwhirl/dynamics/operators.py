@@ -1,7 +1,8 @@
-"""Arrays of the time loop `bodies` for rotor and casing, as modes or as matrices.
+"""Constant arrays of the time loop `kernels.bodies`, of rotor, casing and contact.
 
-They are made once per case: coefficients of a time step, constants of contact, load,
-and the rods of a layer, which follow from the contact law.
+They are made once per case: coefficients of a time step of a body, as modes or as
+matrices; compliances of contact; the pulse; the rods of a layer that wears. Other time
+loops use the same friction and layer.
 """
 
 from __future__ import annotations
@@ -46,9 +47,9 @@ EMPTY = np.zeros((0, 0))  # matrix of a body that is absent
 
 
 def _padded(array: Floats, axis: int) -> Floats:
-    """Return a contiguous copy of an array, padded with 0 along an axis.
+    """Return a contiguous copy of an array, padded with 0 along one axis.
 
-    Its length along the axis becomes a multiple of `LANES`.
+    The length along the axis becomes a multiple of `LANES`.
     """
     extra = -array.shape[axis] % LANES
     widths = [(0, extra if a == axis else 0) for a in range(array.ndim)]
@@ -64,10 +65,10 @@ def friction_with_sign(scene: Scene) -> float:
 
 
 def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBody:
-    """Return the time loop's arrays of a body as uncoupled modes; empty for no body.
+    """Return the time loop's arrays of a body as uncoupled modes.
 
-    step : dt, s
-    rows : the arrays `read`, `radial`, `tangential` of `ModalBody`
+    body, step : the modes; None for a rigid casing, whose arrays are empty; dt, s
+    rows : the arrays `read`, `radial` and `tangential` of `ModalBody`
     """
     omega = body.omega if body else np.zeros(0)
     damping = body.ratios if body else np.zeros(0)
@@ -78,10 +79,10 @@ def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBod
 
 
 def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> DenseBody:
-    """Return the time loop's arrays of a body as dense matrices; empty for no body.
+    """Return the time loop's arrays of a body as dense matrices.
 
-    step : dt, s
-    places : indices of radial, tangential and centre coordinates
+    body, step : its matrices; None for a rigid casing, whose arrays are empty; dt, s
+    places : indices of the radial, of the tangential, and of the centre's coordinates
     """
     if body is None:
         return DenseBody._make([*(EMPTY,) * 7, ALIKE, *places, NOTHING])
@@ -98,7 +99,7 @@ def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> Dens
 def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
     """Return the time loop's arrays of a rotor with terms of rotation, as matrices.
 
-    places : indices of radial, tangential and centre coordinates
+    places : indices of the radial, of the tangential, and of the centre's coordinates
     """
     step, hub = turning(model, scene), np.eye(len(model.rotor.mass))[places[2]]
     stand = standing(model, scene, step.inverse, hub)
@@ -111,9 +112,9 @@ def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
 def rotor_compliance(model: Model, scene: Scene) -> Floats:
     """Return the rotor's part of the Delassus matrix, (N, N), m/N.
 
-    Entry [i, j] is the displacement of tip i inward, within a step, by a unit
-    multiplier on tip j with its friction, see `contact_operators`. For several contact
-    points a tip it is that of all points, (N n_c, N n_c).
+    Entry [i, j] is the inward displacement of tip i, at the end of a step, due to a
+    unit normal force on tip j and its friction. With several contact points a tip it is
+    that of all points, (N n_c, N n_c).
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     radial, tangential = contact_rows(model.rotor, model.blades)
@@ -125,12 +126,12 @@ def rotor_compliance(model: Model, scene: Scene) -> Floats:
 
 
 def contact_operators(model: Model, scene: Scene) -> Contact:
-    """Return the constants of contact: the rotor's W, ring compliance, contact points.
+    """Return the constants of contact: compliances, contact points and layer.
 
-    W, the rotor's part of the Delassus matrix, and compliance, m/N, give the radial
-    displacements, in the same step, due to a unit multiplier and its friction (the
-    corrections of Algorithm 1), by (M/dt^2 + D/2dt)^-1 = Phi diag(give) Phi^T. Row i
-    of the compliance has all displacements due to a load on coordinate i.
+    Compliances, m/N, give the displacements at the end of a step due to a unit normal
+    force and its friction (the corrections of Algorithm 1), by (M/dt^2 + D/2dt)^-1 =
+    Phi diag(give) Phi^T: the rotor's part of the Delassus matrix, and for the ring, in
+    row i, all radial displacements due to a force on radial coordinate i.
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     w_rotor, lost = rotor_compliance(model, scene), scene.engine.rotor.lost_blade
@@ -145,7 +146,10 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
 
 
 def points_of(model: Model) -> Points:
-    """Return positions and clearances of the contact points, blade by blade."""
+    """Return angles, clearances and axial weights of the contact points of all tips.
+
+    Points are listed blade by blade.
+    """
     turn, points = np.arange(model.blades) / model.blades, model.rotor.points
     if points is not None:
         turn = np.add.outer(turn, points.angle / (2.0 * math.pi)).ravel()
@@ -158,7 +162,7 @@ def points_of(model: Model) -> Points:
 def lobe_load(
     ring: RingOperator | FourierOperator, lobes: int, direction: str
 ) -> Floats:
-    """Return the load vector (n,), dimensionless, of a unit force on k lobes of a ring.
+    """Return a ring's load vector (n,), dimensionless, of a unit force on k lobes.
 
     ring, lobes : contact operator of the ring; k
     direction : "squeeze", inward where cos k theta = 1, or "stretch"
@@ -168,7 +172,7 @@ def lobe_load(
 
 
 def pulse_load(model: Model, scene: Scene) -> Floats:
-    """Return the casing's load vector (n,), dimensionless, of a unit pulse."""
+    """Return the casing's load vector (n,), dimensionless, of a pulse of unit force."""
     if model.ring is None:
         return np.zeros(0)
     return lobe_load(model.ring, scene.nodal_diameter, scene.direction)
@@ -177,8 +181,8 @@ def pulse_load(model: Model, scene: Scene) -> Floats:
 def ring_kind(model: Model) -> Ring:
     """Return how a casing is discretised: rigid, of elements, or of harmonics.
 
-    The result has this kind, the number of elements or the highest harmonic, and the
-    length of an element, m.
+    With the kind come the number of elements or the highest harmonic, and the length of
+    an element, m.
     """
     if model.ring is None:
         return Ring(RIGID, 0, 1.0)
@@ -188,9 +192,9 @@ def ring_kind(model: Model) -> Ring:
 
 
 def modal_arrays(model: Model, scene: Scene) -> Arrays:
-    """Return the arrays of `kernels.bodies.march_bodies` for bodies as modes.
+    """Return the arrays of `kernels.bodies.march_bodies` for both bodies as modes.
 
-    The rotor's modes are coupled if the terms of rotation are included.
+    If the terms of rotation are included, they couple the rotor's modes.
     """
     step = scene.solver.time_step
     radial, tangential = contact_rows(model.rotor, model.blades)
@@ -214,10 +218,9 @@ def modal_arrays(model: Model, scene: Scene) -> Arrays:
 
 
 def dense_arrays(model: Model, scene: Scene) -> Arrays:
-    """Return the arrays of `kernels.bodies.march_bodies` for bodies as dense matrices.
+    """Return the arrays of `kernels.bodies.march_bodies` for both bodies as matrices.
 
-    They are those of scheme `paper`. Raise InputError if a body has no matrices M and
-    K.
+    Scheme `paper` needs them. Raise InputError if a body has no matrices M and K.
     """
     if not model.rotor.has_matrices:
         raise InputError(
@@ -246,21 +249,28 @@ def dense_arrays(model: Model, scene: Scene) -> Arrays:
 
 
 def rod_area(scene: Scene) -> float:
-    """Return the area of a rod's end, m^2: axial width times circumferential length."""
+    """Return the area A, m^2, that a rod of the layer has at the casing's surface.
+
+    It is the layer's axial width times the rod's length along the circumference.
+    """
     length = 2 * math.pi * scene.engine.rotor.radius / rods_of(scene)
     return float(scene.engine.casing.layer_width * length)
 
 
 def _flex(scene: Scene) -> float:
-    """Return the elastic compliance l / (E A) of a rod, m/N, see `_abradable`."""
+    """Return the elastic compliance of a rod of the layer, l / (E A), m/N.
+
+    l is the layer's thickness, E its Young's modulus, A the rod's area.
+    """
     casing = scene.engine.casing
     return float(casing.layer_thickness / (casing.layer_young * rod_area(scene)))
 
 
 def _abradable(scene: Scene) -> Layer:
-    """Return plastic rods: stiffness A E / l, limit A sigma_y, hardening A H / l.
+    """Return the constants of rods of a layer that wears by plastic compression.
 
-    A is the area of a rod; E, l, sigma_y and H are Young's modulus, thickness, yield
+    A rod has the stiffness A E / l, yields at the force A sigma_y, and hardens by A H /
+    l. A is the area of a rod; E, l, sigma_y and H are Young's modulus, thickness, yield
     stress and hardening modulus of the layer.
     """
     casing, area = scene.engine.casing, rod_area(scene)
@@ -270,9 +280,10 @@ def _abradable(scene: Scene) -> Layer:
 
 
 def _archard(scene: Scene) -> Layer:
-    """Return elastic rods that wear by Archard's law: k N v dt / A in a step.
+    """Return the constants of elastic rods of a layer that wears by Archard's law.
 
-    k is the wear coefficient, 1/Pa, N the force and A the area of a rod, v = |Omega| R.
+    The wear of a rod in a step is k N v dt / A, m: k is the wear coefficient, 1/Pa, N
+    the force and A the area of the rod, v = |Omega| R.
     """
     casing, area = scene.engine.casing, rod_area(scene)
     slid = scene.engine.rotor.radius * scene.solver.time_step  # at 1 rad/s
@@ -287,12 +298,12 @@ LAWS: dict[str, Callable[[Scene], Layer]] = {
 
 
 def wears(scene: Scene) -> bool:
-    """Return whether the casing has a layer that wears."""
+    """Return whether the scene's casing has a layer that wears."""
     return bool(scene.engine.casing.contact_law != contact_laws.RIGID)
 
 
 def rods_of(scene: Scene) -> int:
-    """Return the number M of rods of a scene's layer, 0 without one."""
+    """Return the number M of rods around the casing's layer, 0 without a layer."""
     if not wears(scene):
         return 0
     casing, radius = scene.engine.casing, scene.engine.rotor.radius
@@ -300,12 +311,18 @@ def rods_of(scene: Scene) -> int:
 
 
 def layer_of(scene: Scene) -> Layer:
-    """Return the rods of a scene's contact law; without a layer all values are 0."""
+    """Return the constants of the rods of a casing's layer, by its contact law.
+
+    They are 0 for a casing without a layer.
+    """
     if not wears(scene):
         return Layer(0.0, 0.0, 0.0, 0.0, 0.0, 0)
     return LAWS[scene.engine.casing.contact_law](scene)
 
 
 def unworn(scene: Scene) -> Floats:
-    """Return an unworn layer, (3, rods), as in `kernels.kernel_types.BodiesState`."""
+    """Return the state of a layer before any wear: zeros, (3, rods).
+
+    The rows are those of `kernels.kernel_types.BodiesState.worn`.
+    """
     return np.zeros((3, rods_of(scene)))

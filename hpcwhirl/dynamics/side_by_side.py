@@ -1,7 +1,7 @@
 """Two motions of one scene: their distance, and states of motions between the two.
 
-They serve the search for the motion on the edge between two words, and the twin that is
-integrated beside a march to measure chaos (`SideBySide`).
+They serve the search for the motion on the edge between two words, and the measurement
+of chaos, which integrates a march and a slightly different twin (`SideBySide`).
 
 Apart from bookkeeping, the state of a march is linear in the motion: with a and b two
 states at the same step of marches of one scene, a + s (b - a) is the state of the
@@ -29,7 +29,7 @@ from hpcwhirl.scene.input_names import Value
 
 # arrays of a state that are linear in the motion
 MOTION = ("rotor", "ring", "gaps", "q_b", "d_b", "q_c", "d_c", "older")
-WAITING = "lam"  # multipliers of a pending step
+WAITING = "lam"  # name of the array of multipliers, of a pending step
 
 
 def copy_of(march: March) -> Any:
@@ -41,13 +41,13 @@ def copy_of(march: March) -> Any:
 def put_between(march: March, a: Any, b: Any, share: float) -> None:
     """Set a march to the motion between two others: state a + share (b - a).
 
-    Steps, contacts and works are those of a. The change of energy is entered in the
+    Its steps, contacts and works are those of a. The change of energy is entered in the
     ledger as work of the loading, so that the ledger closes as well as that of a.
 
     Parameters
     ----------
-    march : march of the same scene with the same number of sectors; what it has sampled
-        so far stays
+    march : march of the same scene with the same number of sectors; its samples are
+        kept
     a, b : states at the same step, see `copy_of`
     share : 0 gives a, 1 gives b; any number is allowed
 
@@ -66,12 +66,11 @@ def put_between(march: March, a: Any, b: Any, share: float) -> None:
 def distance(march: March, a: Any, b: Any) -> float:
     """Return the distance of two motions of a scene, sqrt(E), E the energy of b - a, J.
 
-    E is the kinetic and strain energy of the difference, of both bodies and all
-    sectors. With terms of rotation the energy in the ledger is Jacobi's, T - Omega^2
-    x^T M x / 2 + U, with the kinetic energy T in the rotating frame and the strain
-    energy U of x, which may be below 0: 1/2 Omega^2 x^T M x of the rotor is added to
-    it, which leaves the kinetic energy of the motion in the rotating frame and the
-    strain energy, both positive.
+    E is the kinetic and strain energy of the difference, of rotor and casing and all
+    sectors. With terms of rotation the ledger has Jacobi's energy, T - Omega^2 x^T M x
+    / 2 + U, which may be below 0, with the kinetic energy T in the rotating frame and
+    the strain energy U of displacements x. Omega^2 x^T M x / 2 of the rotor is added to
+    it, so that E = T + U.
 
     march : a march of the scene
     a, b : states at the same step, see `copy_of`
@@ -94,12 +93,11 @@ def distance(march: March, a: Any, b: Any) -> float:
 
 
 def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
-    """Return the state of the motion of_a a + of_b b, with the contacts and works of a.
+    """Return a state whose motion is `of_a` times that of a, plus `of_b` times b's.
 
-    It has no certificate.
+    Its steps, contacts and works are those of a; it has no certificate.
 
     a, b : states at the same step
-    of_a, of_b : their factors
     """
     parts = {name: array.copy() for name, array in a._asdict().items()}
     for name in MOTION:
@@ -119,7 +117,7 @@ def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
 
 
 def _residual(march: March) -> float:
-    """Return the error of a march's energy balance, J, over integrated sectors."""
+    """Return the error of a march's energy balance, J, of the integrated sectors."""
     now, entries = march.scheme.balance(march.state), march.state.ledger
     given = entries[[contact.PULSE, contact.FRICTION, contact.ROTATION]].sum()
     lost = now.energy + now.damping + entries[contact.IMPACT] + now.impact
@@ -224,16 +222,17 @@ class SideBySide:
         return apart / self.size
 
     def draw(self, factor: float) -> None:
-        """Multiply the difference between the motions of twin and march by `factor`.
+        """Multiply the difference of the twin's motion from the march's by `factor`.
 
-        So the twin is brought back to the initial distance.
+        factor : initial distance over the present one, which restores the initial
+            distance
         """
         a, b = copy_of(self.one), copy_of(self.other)
         put_between(self.other, a, b, factor)
 
 
 def _longer(ended: March, seconds: float) -> Case:
-    """Return the case of an ended march with a duration longer by `seconds`, s.
+    """Return the case of an ended march, with a duration longer by `seconds`, s.
 
     It stores no traces and seeks no certificate.
     """
@@ -244,9 +243,9 @@ def _longer(ended: March, seconds: float) -> Case:
 
 
 def _gone_on(case: Case, ended: March) -> March:
-    """Return a march of a longer case that continues from the end of another one.
+    """Return a march of a longer case that continues an ended march from its end.
 
-    Samples and rows of evidence of that march are not copied; no certificate is sought.
+    It has none of that march's samples and rows of evidence, and seeks no certificate.
     """
     march = March(case)
     if march.lean.model.folds != ended.lean.model.folds:
@@ -260,10 +259,9 @@ def _gone_on(case: Case, ended: March) -> March:
 
 
 def _moved(state: Any) -> list[NDArray[np.float64]]:
-    """Return those arrays of a state that hold the casing's motion, or the rotor's.
+    """Return those arrays of a state in which the twin's motion is made different.
 
-    The rotor's motion is taken if the casing is rigid. The twin's motion is changed in
-    them.
+    They are those of the casing's motion or, if the casing is rigid, of the rotor's.
     """
     names = ("ring", "q_c", "d_c"), ("rotor", "q_b", "d_b")
     for some in names:

@@ -1,10 +1,10 @@
-"""Coefficients of rotor and ring for equal sectors, sorted by nodal diameter.
+"""Constant arrays of rotor and ring for the kernel `cyclic`, by nodal diameter.
 
-A slot is a nodal diameter of the N blades, 0 .. N // 2. Row f of an array has the f-th
-mode of each slot, whose cosine and sine phases are one complex amplitude. The items of
-a mode are the coefficients of its time step, see `kernels.passes`. `cyclic_arrays`
-returns the arrays of the kernel `cyclic`. Arrays that do not depend on speed and
-friction are cached for each model and step.
+A slot is a nodal diameter of the N blades, 0 .. N // 2, padded to k slots. Row f of an
+array has the f-th mode of each slot, whose cosine and sine phases are one complex
+amplitude. The items of a mode are the coefficients of its time step, see
+`kernels.passes`. `cyclic_arrays` returns all arrays of a scene. Those that do not
+depend on speed and friction are cached for each model and step.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ def fold(harmonic: int, blades: int) -> tuple[int, float]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def blade_waves(blades: int) -> Complexes:
-    """Return the factors e^{2 pi i kappa j / N} between nodal diameters and blades.
+    """Return the factors e^{2 pi i kappa j / N} of nodal diameters at the blades.
 
-    They are (N, N // 2 + 1), for the blades j and the nodal diameters kappa = 0 .. N //
+    Their shape is (N, N // 2 + 1), for blades j and nodal diameters kappa = 0 .. N //
     2.
     """
     steps = np.outer(np.arange(blades), np.arange(blades // 2 + 1)) % blades
@@ -70,9 +70,9 @@ def transforms(blades: int) -> tuple[Floats, Floats]:
     -------
     turns : (N, 2 k) flat, cos and -sin of the k slots (nodal diameters, padded) at each
         blade
-    wave : (2 k, wide) flat, cos and sin at blades 0 .. N // 2, for the even and the odd
-        part; padding columns repeat blade 0. The last entries are N and the split in
-        two factors, see `kernels.transform`
+    wave : (2 k, wide) flat, cos and sin of each slot at blades j = 0 .. N // 2, for
+        half sum and half difference of blades j and N - j; padding columns repeat blade
+        0. The last entries are N and the split in two factors, see `kernels.transform`
     """
     waves, half = blade_waves(blades), blades // 2 + 1
     k, wide = widths(blades)
@@ -91,7 +91,7 @@ def transforms(blades: int) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class _RotorMode:
-    """A mode of a rotor of equal sectors as one complex amplitude.
+    """A mode of a rotor of equal sectors as one complex amplitude a.
 
     Attributes
     ----------
@@ -99,10 +99,11 @@ class _RotorMode:
     members : columns in the model of the mode's cosine and sine phases, or of the only
         one
     omega : rad/s
-    gamma : minus the radial displacement of blade 0's tip for unit amplitude, real
-    sigma : minus the tangential displacement of this tip for unit amplitude
-    centre : (2,), x_o and y_o for unit amplitude
-    turn : q_0 + i q_1 = turn * amplitude, q of the two phases; makes gamma real
+    gamma : minus the radial displacement of blade 0's tip for a = 1, real
+    sigma : minus the tangential displacement of this tip for a = 1
+    centre : (2,), x_o and y_o for a = 1
+    turn : factor with q_0 + i q_1 = turn a, where q_0 and q_1 are the amplitudes of the
+        cosine and the sine phase; it makes gamma real
     """
 
     slot: int
@@ -141,7 +142,7 @@ def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
 
     Those of contact forces, which depend on friction, are 0 here; `_pushed` adds them.
 
-    flow : the mode's step
+    flow : coefficients of the mode's step by central differences or the exact flow
     gamma, sigma : radial and tangential displacement at blade 0 for unit amplitude; of
         a rotor, times -1
     """
@@ -161,7 +162,7 @@ def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
 
 
 def _pushed(items: Floats, mu: float) -> Floats:
-    """Return the coefficients of a step of modes, with those of contact forces added.
+    """Return coefficients of a step of modes, including those of contact forces.
 
     These, NORMAL and ALONG, are re and -im of give (gamma + mu conj(sigma)), with gamma
     and sigma the radial and tangential displacement for unit amplitude, see
@@ -182,10 +183,13 @@ def _pushed(items: Floats, mu: float) -> Floats:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
-    """Return a rotor's coefficients that depend on neither speed nor friction.
+    """Return those coefficients of a rotor's modes that do not depend on friction.
+
+    Nor do they depend on speed, so that they are cached.
 
     step : dt, s
-    flies : whether the scheme is exact, see `kernels.flight`, else central differences
+    flies : whether the scheme is `exact`, see `kernels.flight`, else central
+        differences
 
     Returns
     -------
@@ -248,10 +252,12 @@ def _round(model: Model) -> _Round:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
-    """Return a ring's coefficients that depend on neither speed nor friction.
+    """Return those coefficients of a ring's modes that do not depend on friction.
+
+    They are those at speed 0.
 
     given, step : ring and number of blades; dt, s
-    flies : whether the scheme is exact, else central differences
+    flies : whether the scheme is `exact`, else central differences
     """
     body, operator, blades = given
     (slots, _), flow_of = widths(blades), exact_flow if flies else central_differences
@@ -273,10 +279,10 @@ def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _lobes(given: _Round, diameter: int, direction: str) -> Floats:
-    """Return the modal forces (m,), 1/sqrt(kg), of a unit load with k lobes on a ring.
+    """Return the modal forces (m,), 1/sqrt(kg), of a unit force on k lobes of a ring.
 
     given, diameter : ring and number of blades; k
-    direction : "squeeze", a load inward where cos k theta = 1, or "stretch"
+    direction : "squeeze", inward where cos k theta = 1, or "stretch"
     """
     load = lobe_load(given.operator, diameter, direction)
     return np.asarray(load @ given.body.shapes)
@@ -293,9 +299,10 @@ def _rubbed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
 
 
 def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
-    """Return the kernel's arrays of the pulse, and of the modes of a ring of harmonics.
+    """Return the kernel's arrays of the pulse and of the modes of the casing's ring.
 
-    They are empty if the casing is rigid.
+    The ring is one of harmonics; its modes are in slots, one for each nodal diameter.
+    The arrays are empty if the casing is rigid.
     """
     items, load = _ring_arrays(model, scene)
     _, sign = fold(scene.nodal_diameter, model.blades)
@@ -306,8 +313,8 @@ def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
 def _ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats]:
     """Return coefficients of a ring's modes, and their modal forces by a unit pulse.
 
-    They are flat, (ITEMS, rows, slots) and (rows, slots), in rows of modes for each
-    slot (nodal diameter); both are empty if the casing is rigid.
+    Both are flat, (ITEMS, rows, slots) and (rows, slots), with row f for the f-th mode
+    of each slot (nodal diameter), and empty if the casing is rigid.
     """
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(0), np.zeros(0)
@@ -331,12 +338,12 @@ def turn_ring(
 ) -> None:
     """Change the kernel's coefficients of a ring's modes to another speed, rad/s.
 
-    items, state : packed coefficients; the march's state, or None. Both are changed in
-        place.
+    In the rotating frame the ring's amplitudes turn with it. The kernel will complete
+    the pending step with the new coefficients; so the previous increments in the state
+    are turned such that this step still has its old angle.
 
-    The state is adapted: the kernel will complete the pending step with the new
-    coefficients. So the previous increments in the state are turned such that this step
-    still has its old angle.
+    items : packed coefficients, changed in place
+    state : the march's state, of which increments are changed in place, or None
     """
     if not len(items):
         return
@@ -359,10 +366,10 @@ def turn_ring(
 
 @dataclass(frozen=True)
 class RingMode:
-    """A mode of the ring as one complex amplitude, q_c - i q_s, turned by h Omega t.
+    """A mode of the ring as one complex amplitude, (q_c - i q_s) e^{i h Omega t}.
 
-    q_c and q_s are the amplitudes of its cosine and sine phase in the static frame;
-    turned, it is the amplitude in the rotating frame.
+    q_c and q_s are the amplitudes of its cosine and sine phase in the static frame; the
+    complex amplitude is that in the rotating frame.
 
     Attributes
     ----------
@@ -380,7 +387,7 @@ class RingMode:
 
 
 def ring_modes(model: Model) -> list[RingMode]:
-    """Return the modes of a model's ring; an empty list for a rigid casing."""
+    """Return the modes of a model's ring of harmonics; none for a rigid casing."""
     return [] if model.casing is None else _modes_in_slots(model.casing, model.blades)
 
 
@@ -399,9 +406,10 @@ def _modes_in_slots(body: ModalModel, blades: int) -> list[RingMode]:
 
 
 def rotor_amplitudes(model: Model, values: Floats) -> Floats:
-    """Return the rotor's modal amplitudes (m,) from those in the kernel's slots.
+    """Return the rotor's modal amplitudes, (m,), from the kernel's complex ones.
 
-    values : (2 rows slots,), re and im in rows of slots (nodal diameters)
+    values : (2 rows slots,), re and im of these: row f has the f-th mode of each slot
+        (nodal diameter)
     """
     slots, _ = widths(model.blades)
     rotor = values.reshape(-1, 2, slots)
@@ -413,9 +421,10 @@ def rotor_amplitudes(model: Model, values: Floats) -> Floats:
 
 
 def rotor_slots(model: Model, q_b: Floats) -> Floats:
-    """Return the rotor's amplitudes in the kernel's slots from its modal amplitudes.
+    """Return the kernel's complex amplitudes of a rotor from its modal amplitudes.
 
-    The result is (2 rows slots,), re and im in rows of slots (nodal diameters).
+    Their shape is (2 rows slots,), re and im, with row f for the f-th mode of each slot
+    (nodal diameter).
 
     q_b : (m,), amplitudes of the m modes
     """
@@ -428,12 +437,13 @@ def rotor_slots(model: Model, q_b: Floats) -> Floats:
 
 
 def ring_slots(model: Model, q_c: Floats, rows: int) -> Floats:
-    """Return the ring's amplitudes in the kernel's slots from its modal amplitudes.
+    """Return the kernel's complex amplitudes of a ring from its modal amplitudes.
 
-    They are for the rotor at angle 0, where both frames coincide: (2 rows slots,), re
-    and im in rows of slots (nodal diameters).
+    They are those at angle 0 of the rotor, where static and rotating frame coincide.
+    Their shape is (2 rows slots,), re and im, with row f for the f-th mode of each slot
+    (nodal diameter).
 
-    q_c, rows : (m,), amplitudes in the static frame; number of rows of modes
+    q_c, rows : (m,), amplitudes in the static frame; number of rows
     """
     out = np.zeros((2, rows, widths(model.blades)[0]))
     for place in ring_modes(model):
@@ -443,13 +453,14 @@ def ring_slots(model: Model, q_c: Floats, rows: int) -> Floats:
 
 
 def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
-    """Return the ring's modal amplitudes (n, m), static frame, from kernel states.
+    """Return a ring's modal amplitudes (n, m), static frame, from the kernel's.
 
     Parameters
     ----------
     model : a model with a ring of harmonics
-    states : (n, 2 ring_size), re and im of states without pending step, rotating frame
-    angles : (n,), rad, Omega t, of the rotor at each state
+    states : (n, 2 ring_size), re and im of the kernel's complex amplitudes at n
+        instants, rotating frame, without pending step
+    angles : (n,), rad, Omega t, of the rotor at these instants
     """
     slots, _ = widths(model.blades)
     rows = states.shape[1] // (2 * slots)
@@ -467,10 +478,10 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
 
 
 def ring_turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
-    """Return a casing's modal amplitudes in frames that are turned by given angles.
+    """Return a casing's modal amplitudes in frames turned by given angles.
 
-    q, angle : (..., m), amplitudes in the static frame; (...,), rad, angles of the
-        frames
+    q : (..., m), amplitudes in the static frame
+    angle : (...,), rad, of each frame from the static one
     """
     out = q.copy()
     for place in ring_modes(model):
@@ -487,16 +498,16 @@ def ring_turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
 def _rubbed(
     model: Model, step: float, mu: str, *, flies: bool
 ) -> tuple[Floats, Floats, Floats]:
-    """Return arrays of the kernel `cyclic` that depend on friction, not on speed.
+    """Return those arrays of the kernel `cyclic` that depend on friction, not speed.
 
     step : dt, s
     mu : `float.hex` of the friction with the sign of the speed
-    flies : whether the scheme is exact, else central differences
+    flies : whether the scheme is `exact`, else central differences
 
     Returns
     -------
-    (coefficients of the rotor's modes, packed; `hub` of `_rotor`; column 0 of the
-    Delassus matrix W, (N,), m/N)
+    (coefficients of the rotor's modes, packed; x_o and y_o for unit amplitudes, `hub`
+    of `_rotor`; column 0 of the Delassus matrix W, (N,), m/N)
     """
     items, hub = _rotor(model, step, flies=flies)
     rotor = _pushed(items, float.fromhex(mu))
@@ -509,9 +520,9 @@ def _rubbed(
 
 
 def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
-    """Return the arrays of the kernel `cyclic`, for equal sectors.
+    """Return all constant arrays of the kernel `cyclic` for a scene.
 
-    beat : number of steps between rows of evidence
+    beat : number of time steps between two rows of evidence
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene).hex()
     rotor, hub, column = _rubbed(model, step, mu, flies=scene.solver.flies)

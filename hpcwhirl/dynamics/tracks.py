@@ -1,4 +1,4 @@
-"""Arrays for samples and evidence of a march, and the history made of them."""
+"""Arrays in which a march stores samples and evidence, and the history made of them."""
 
 from __future__ import annotations
 
@@ -39,15 +39,14 @@ def empty_tracks(
     width: int,
     rods: int,
 ) -> Tracks:
-    """Return arrays of zeros for the samples and the evidence that a march will write.
+    """Return arrays of zeros for the samples and the evidence that a march will store.
 
     Parameters
     ----------
-    samples : numbers of samples: of all, of those with tips, and of those with the
-        casing
+    samples : numbers of samples of the centre and energies, of the tips, of the casing
     evidence : number of rows of evidence, and of their columns
     blades, width : number of blades N; number of coordinates of the casing
-    rods : number of rods of a layer that wears, 0 without
+    rods : number of rods of a layer that wears, 0 without a layer
     """
     count, tips, casing = samples
     numbers = [np.zeros(count) for _ in range(5)]
@@ -63,8 +62,8 @@ def empty_tracks(
 def history_of(march: March) -> History:
     """Return the history of a march so far: its samples, totals and present ledger.
 
-    Values of one sector are extended to all sectors. The samples end with the last
-    complete output interval.
+    Values of one sector that represents all are extended to all. The samples end with
+    the last complete output interval.
     """
     count, folds = int(march.counter[contact.SAMPLE]), march.lean.model.folds
     kept = Tracks._make(track[:count] for track in march.tracks)
@@ -122,9 +121,9 @@ def history_of(march: March) -> History:
 
 
 def _by_point(model: Model, tips: Floats, pushed: Floats) -> dict[str, Floats]:
-    """Return the traces of all contact points, {name: samples}, by blade and point.
+    """Return displacements and impulses of all contact points, {name: samples}.
 
-    It is {} if each tip has one point.
+    They are sorted by blade and by point of its tip; {} if each tip has one point.
 
     tips, pushed : (n, N n_c, 2), m, displacements; (n, N n_c), N s, impulses of all
         points
@@ -137,7 +136,9 @@ def _by_point(model: Model, tips: Floats, pushed: Floats) -> dict[str, Floats]:
 
 
 def _circle(march: March, time: Floats) -> Floats:
-    """Return the centre's motion without contact, which unbalance causes; 0 without it.
+    """Return the orbit of the centre that unbalance causes without contact.
+
+    It is 0 without unbalance.
 
     time : (b,), s, at the rows of evidence
 
@@ -159,10 +160,10 @@ def _circle(march: March, time: Floats) -> Floats:
 
 
 def _blur(march: March) -> tuple[float, float]:
-    """Return energy, J, and squared distance of the centre, m^2, due to round-off.
+    """Return how far round-off may have moved an unbalanced rotor from its circle.
 
-    Up to these, an unbalanced rotor may have left its circle by round-off in the steps
-    taken so far, see `History.blur`.
+    The result, for the steps taken so far, is an energy, J, and a squared distance of
+    the centre, m^2, see `History.blur`.
     """
     energy, squared = march.scheme.jitter
     return march.steps * energy, march.steps * squared
@@ -171,9 +172,9 @@ def _blur(march: March) -> tuple[float, float]:
 def _free_growth(march: March, energy: Floats) -> float:
     """Return the growth rate of the rotor's fastest growing free motion, 1/s.
 
-    It is 0 unless the terms of rotation make a motion grow, see `History`. Its
-    computation takes longer than all else of a history and is only done for a rotor
-    that rests.
+    It is 0 unless the terms of rotation make a motion grow, see `History`. It takes
+    longer to compute than all else of a history, and is computed only for a rotor that
+    is at rest at some time in the second half of the run; else it is 0, too.
 
     energy : (b,), J, of the rotor, at the rows of evidence
     """
@@ -187,7 +188,10 @@ def _free_growth(march: March, energy: Floats) -> float:
 
 
 def _judged(march: March) -> Evidence:
-    """Return the evidence of a march so far; energies are sums over all sectors."""
+    """Return the evidence that a march has stored so far.
+
+    Energies of one of g sectors that move alike are multiplied by g.
+    """
     rows = march.tracks.evidence[: int(march.counter[contact.JUDGED])]
     steps = np.arange(1.0, len(rows) + 1) * march.beat
     numbers = march.lean.model.folds * rows[:, contact.OF_ROTOR : contact.COLUMNS].T
@@ -219,9 +223,9 @@ def _closing(march: March) -> dict[str, float]:
 
 
 def _ledger(terms: Iterable[float]) -> dict[str, float]:
-    """Return {term: J} of an energy balance, including the residual, in fixed order.
+    """Return the energy balance (ledger) as {term: J}, with its residual.
 
-    The order is that of `LEDGER_TERMS`.
+    The terms are those of `LEDGER_TERMS`, in that order.
 
     terms : energy, damping, pulse, impact with wear, friction, rotation, wear, J
     """

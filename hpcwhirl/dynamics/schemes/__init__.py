@@ -1,8 +1,10 @@
-"""Schemes: the kernel that integrates a scene, its arrays, and its initial state.
+"""Schemes of time integration: each makes the integrator of a scene.
 
-A scheme is a row of the table in `scene.schemes` and a module of its name here with the
-function `build(model, scene, beat)`; `beat` is the number of steps between rows of
-evidence. A state is all that is needed to resume a march, see `kernels.kernel_types`.
+A scheme is a row of the table in `scene.schemes` and a module of its name here, whose
+function `build(model, scene, beat)` returns an `integrator.Integrator`: a compiled
+kernel, its constant arrays, and the state of rotor and casing, which is all that is
+needed to resume a run (`kernels.kernel_types`). `beat` is the number of time steps
+between two rows of evidence, the samples by which a run is judged.
 """
 
 from __future__ import annotations
@@ -17,13 +19,13 @@ if TYPE_CHECKING:
 
 
 def scheme_of(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return the integrator of a scene by the scheme of its [solver].
+    """Return the integrator of a scene, made by the scheme that [solver] names.
 
     Parameters
     ----------
-    model : model of the scene
+    model : reduced model of the scene's rotor and casing
     scene : scene to integrate
-    beat : steps between rows of evidence
+    beat : number of time steps between two rows of evidence
     """
     scheme = import_module(f"{__name__}.{scene.solver.scheme}")
     built: Integrator = scheme.build(model, scene, beat)

@@ -1,8 +1,10 @@
-"""Integrators of rotors by their sectors, for `modal` and `exact`.
+"""Integrators of schemes `modal` and `exact`, for tips with one contact point each.
 
-Equal sectors are integrated with the cyclic kernel, by modes or, if rotation couples
-these, by waves; unequal ones by waves of the whole rotor, in the loop of
-`kernels.general`.
+Rotors of equal sectors are integrated with the kernel `cyclic`, by nodal diameter: as
+amplitudes of modes or, if rotation couples these, of waves. Rotors of unequal sectors
+are integrated with the kernel `general`, as amplitudes of waves of the whole rotor. The
+casing is rigid or a ring of harmonics. A function that returns None leaves the scene to
+another integrator.
 """
 
 from __future__ import annotations
@@ -65,9 +67,11 @@ from hpcwhirl.structure import RingOperator
 
 
 def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return the integrator of a cyclic model without terms of rotation.
+    """Return the integrator of a rotor of equal sectors as modes.
 
-    beat : steps between rows of evidence
+    Terms of rotation, which couple modes, must be left out, see `is_cyclic`.
+
+    beat : number of time steps between two rows of evidence
     """
     arrays = cyclic_arrays(model, scene, beat)
     k, _ = cyclic.widths(model.blades)
@@ -82,7 +86,12 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
 
 
 class EqualSectors(RotatingFrame):
-    """Integrator of a rotor of equal sectors, as modes or as waves."""
+    """Integrator of a rotor of equal sectors by the kernel `cyclic`.
+
+    arrays : the kernel's constant arrays, whose type selects modes or waves
+    sizes : lengths of the state's arrays `rotor` and `sums_b`
+    places : conversion of the rotor's motion between state and modal amplitudes
+    """
 
     def __init__(
         self,
@@ -112,12 +121,13 @@ class EqualSectors(RotatingFrame):
 
 
 def is_cyclic(model: Model) -> bool:
-    """Return whether the cyclic kernel can integrate a model.
+    """Return whether the kernel `cyclic` can integrate a model's rotor as modes.
 
-    It cannot with one or two blades, where nodal diameter 1 has one phase but moves
-    both coordinates of the centre; it can, though, if one of several sectors is
-    integrated, which has no centre. It cannot with terms of rotation, since these
-    couple modes, which the kernel integrates one by one.
+    The kernel integrates modes one by one, so that sectors must be equal, the casing
+    rigid or a ring of harmonics, and rotation must not couple modes. At least three
+    blades are needed, because with fewer, nodal diameter 1 has one phase but moves both
+    coordinates of the centre; the model of one of several sectors that move alike has
+    no centre, and may have fewer.
     """
     plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
     plain = plain or model.rotor.spin is not None
@@ -126,10 +136,15 @@ def is_cyclic(model: Model) -> bool:
 
 @dataclass(frozen=True)
 class _WavePlaces:
-    """Layout of a rotor's waves in a state.
+    """Conversion between a state's waves, by nodal diameter, and modal amplitudes.
 
-    rotor : the kernel's arrays of the rotor
-    seen : whether the state also holds the spectra of gaps of the last steps
+    The rotor has equal sectors; the kernel's state has complex amplitudes of forward
+    and backward waves, in slots, one for each nodal diameter (`turning_waves`).
+
+    diameters : the waves of each nodal diameter
+    rotor : the kernel's constant arrays of the rotor
+    seen : whether the state also has the spectra of gaps of the last steps, as central
+        differences need
     """
 
     model: Model
@@ -138,7 +153,12 @@ class _WavePlaces:
     seen: bool
 
     def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates, (m,) each, of the modes at rest from a state."""
+        """Return the rotor's modal amplitudes and velocities, (m,) each, from a state.
+
+        The modes are those at Omega = 0.
+
+        state : the rotor's part of the kernel's state, with no contact forces pending
+        """
         waves_of = [amplitudes_of(state, own, self._slots) for own in self.diameters]
         pairs = list(zip(self.diameters, waves_of, strict=True))
         places = [own.shapes @ a for own, a in pairs]
@@ -146,9 +166,13 @@ class _WavePlaces:
         return self._modal(places), self._modal(rates)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to a motion; return amplitudes a step earlier, (m,).
+        """Write a motion of the rotor at time 0 into a state.
 
-        q, rate : (m,), amplitudes of the modes at rest, and their velocities
+        Return the modal amplitudes a step earlier, (m,), from which the earlier gaps
+        follow.
+
+        state : out, the rotor's part of the kernel's state
+        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
         """
         before, rows = [], state.reshape(-1, 2, self._slots)
         for own in self.diameters:
@@ -168,21 +192,23 @@ class _WavePlaces:
 
 
 def has_waves(model: Model) -> bool:
-    """Return whether waves describe a rotor: equal sectors with terms of rotation.
+    """Return whether a model's rotor can be integrated as waves by nodal diameter.
 
-    They do not for fewer than three blades, where nodal diameter 1 has both coordinates
-    of the centre; nor with a ring of elements or supports that differ by direction,
-    which are not the same at every angle; nor with a squeeze film.
+    It can with equal sectors and terms of rotation, except with fewer than three
+    blades, where nodal diameter 1 has both coordinates of the centre; with a ring of
+    elements or supports that differ by direction, which are not the same at every
+    angle; and with a squeeze film.
     """
     spin, alike = model.rotor.spin, not isinstance(model.ring, RingOperator)
     return alike and spin is not None and bool(spin.waves) and spin.support.is_plain
 
 
 def folds_well(model: Model, scene: Scene) -> bool:
-    """Return whether one of several equal sectors can be integrated alone.
+    """Return whether a model, perhaps of one sector, can be integrated as it is.
 
-    With terms of rotation this requires waves of which no two nearly coincide; else all
-    sectors must be integrated.
+    A model of all sectors always can. That of one of several equal sectors with terms
+    of rotation needs waves of which no two nearly coincide; without these, all sectors
+    must be integrated.
     """
     if model.folds == 1 or model.rotor.spin is None:
         return True
@@ -190,12 +216,16 @@ def folds_well(model: Model, scene: Scene) -> bool:
 
 
 def _put_on_circle(whole: EqualSectors, diameters: list[Diameter]) -> None:
-    """Set an integrator's state to the circle of an unbalanced rotor.
+    """Set an integrator's state so that an unbalanced rotor starts on its circle.
 
-    The circle is the last row of amplitudes, see `turning_waves.Circle`. If a run
-    begins on the circle scaled down, the waves begin with the difference from the full
-    circle. Their energy is entered in the ledger as work of the loading, and in the
-    state's sums like energy that contact has added.
+    The circle, the rotor's motion without contact, is a constant wave and the last row
+    of amplitudes, see `turning_waves.Circle`. If the run must start on a smaller
+    circle, the other waves begin with the difference. Their energy is entered in the
+    ledger as work of the loading, and in the state's `sums_b`, which count the energy
+    that waves receive.
+
+    whole : integrator of all sectors
+    diameters : the rotor's waves of each nodal diameter
     """
     steady = circle_of(whole.model, whole.scene, diameters)
     if steady is None:
@@ -216,12 +246,13 @@ def _put_on_circle(whole: EqualSectors, diameters: list[Diameter]) -> None:
 
 
 def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
-    """Return the integrator of a rotor's waves.
+    """Return the integrator of a rotor of equal sectors as waves, or None.
 
-    None if the rotor has no waves (`has_waves`), or if two of them nearly coincide, so
-    that a motion does not determine the amplitudes.
+    The waves are those of each nodal diameter. None if the rotor has no such waves
+    (`has_waves`), or if two of them nearly coincide, so that a motion does not
+    determine their amplitudes.
 
-    beat : steps between rows of evidence
+    beat : number of time steps between two rows of evidence
     """
     diameters = diameters_of(model, scene) if has_waves(model) else []
     if not is_basis(diameters):
@@ -238,19 +269,32 @@ def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
 
 @dataclass(frozen=True)
 class _WholePlaces:
-    """Layout of a whole rotor's waves in a state."""
+    """Conversion between a state's waves of the whole rotor and modal amplitudes.
+
+    The rotor has unequal sectors and terms of rotation; the kernel's state has the real
+    and imaginary parts of the amplitudes of `waves`.
+    """
 
     waves: WholeWaves
 
     def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates, (m,) each, of the modes at rest from a state."""
+        """Return the rotor's modal amplitudes and velocities, (m,) each, from a state.
+
+        The modes are those at Omega = 0.
+
+        state : the rotor's part of the kernel's state, with no contact forces pending
+        """
         waves, q = self.waves, state[self.waves.places]
         return waves.parts(waves.shapes) @ q, waves.parts(waves.rates) @ q
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to a motion; return amplitudes a step earlier, (m,).
+        """Write a motion of the rotor at time 0 into a state.
 
-        q, rate : (m,), amplitudes of the modes at rest, and their velocities
+        Return the modal amplitudes a step earlier, (m,), from which the earlier gaps
+        follow.
+
+        state : out, the rotor's part of the kernel's state
+        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
         """
         waves = self.waves
         scale = float(np.abs(waves.rates).max())
@@ -262,24 +306,38 @@ class _WholePlaces:
 
 @dataclass(frozen=True)
 class _SingleModes:
-    """Layout of a rotor's modes as waves in a state.
+    """Conversion between a state's waves, one for each mode, and modal amplitudes.
 
-    half : number of complex amplitudes, padded: re, then im
+    The rotor has unequal sectors and no terms of rotation; the amplitude of a mode is
+    the real part of its wave's.
+
+    waves : the rotor's modes as waves
+    half : length of the padded real parts of the waves' amplitudes in the kernel's
+        state; as many imaginary parts follow
     """
 
     waves: ModeWaves
     half: int
 
     def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (m,) of the modes from a state."""
+        """Return the rotor's modal amplitudes and velocities, (m,) each, from a state.
+
+        The modes are those at Omega = 0.
+
+        state : the rotor's part of the kernel's state, with no contact forces pending
+        """
         re, im = self._parts(state)
         rates = self.waves.rates
         return re.copy(), rates.real * re - rates.imag * im
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to a motion; return amplitudes a step earlier, (m,).
+        """Write a motion of the rotor at time 0 into a state.
 
-        q, rate : (m,), amplitudes of the modes at rest, and their velocities
+        Return the modal amplitudes a step earlier, (m,), from which the earlier gaps
+        follow.
+
+        state : out, the rotor's part of the kernel's state
+        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
         """
         waves, (re, im) = self.waves, self._parts(state)
         a = waves.amplitudes(q, rate, waves.rates)
@@ -292,7 +350,11 @@ class _SingleModes:
 
 
 class UnequalSectors(RotatingFrame):
-    """Integrator of a rotor of unequal sectors, as waves."""
+    """Integrator of a rotor of unequal sectors by the kernel `general`, as waves.
+
+    arrays : the kernel's constant arrays
+    places : conversion of the rotor's motion between state and modal amplitudes
+    """
 
     beside = True
 
@@ -311,9 +373,14 @@ class UnequalSectors(RotatingFrame):
         settle_whole(self.arrays.casing.items, state, copies)
 
     def put_on_circle(self, waves: WholeWaves) -> None:
-        """Set the state to the circle of an unbalanced rotor, as `_put_on_circle` does.
+        """Set the state so that an unbalanced rotor starts on its circle.
 
-        The circle is the last wave, constant in the rotating frame.
+        The circle, the rotor's motion without contact, is the last wave, constant in
+        the rotating frame. If the run must start on a smaller circle, the other waves
+        begin with the difference, and their energy is entered in the ledger as work of
+        the loading.
+
+        waves : the rotor's other waves
         """
         if self.places is None:
             return
@@ -330,12 +397,12 @@ class UnequalSectors(RotatingFrame):
 
 
 def whole_apart(model: Model, scene: Scene) -> Integrator | None:
-    """Return the integrator of the waves of a rotor of unequal sectors.
+    """Return the integrator of a rotor of unequal sectors as waves, or None.
 
-    None if one of several equal sectors is integrated alone, if two waves nearly
-    coincide, or if the waves' energy does not agree with the work of contact; also in a
-    ring of elements and on supports that differ by direction or have a film, whose
-    matrices are not constant in the rotating frame.
+    None if the model is of one of several equal sectors, if two waves nearly coincide,
+    or if the waves' energy does not agree with the work of contact; also in a ring of
+    elements and on supports that differ by direction or have a film, whose matrices are
+    not constant in the rotating frame.
     """
     spin, elements = model.rotor.spin, isinstance(model.ring, RingOperator)
     plain = spin is None or spin.support.is_plain
@@ -355,9 +422,9 @@ def whole_apart(model: Model, scene: Scene) -> Integrator | None:
 
 
 def _of_modes(model: Model, scene: Scene, waves: ModeWaves) -> Integrator:
-    """Return the integrator of a rotor of unequal sectors without terms of rotation.
+    """Return the integrator of unequal sectors whose modes rotation does not couple.
 
-    waves : its modes as waves, see `dynamics.mode_waves`
+    waves : the rotor's modes as waves, see `dynamics.mode_waves`
     """
     arrays = unequal_arrays(model, scene, uncoupled_rotor(model, scene, waves))
     places = _SingleModes(waves, len(arrays.rotor.drift))

@@ -1,4 +1,4 @@
-"""Scheme `exact`: the exact flow of modes or waves, with jumps between contacts."""
+"""Scheme `exact`: free motion by its exact solution, with jumps between contacts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from hpcwhirl.scene.schemes import STEPWISE, either
 
 
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return the integrator of a scene by the scheme exact, of modes or of waves.
+    """Return the integrator of a scene by scheme `exact`, as modes or as waves.
+
+    beat : number of time steps between two rows of evidence
 
     Raises
     ------
@@ -37,7 +39,7 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
 
 
 def _check(model: Model) -> None:
-    """Raise InputError for a rotor, casing or damping that the scheme cannot treat."""
+    """Raise InputError for a rotor, casing or damping that `exact` cannot integrate."""
     if not is_cyclic(model) and not has_waves(model):
         raise InputError(
             "scheme exact needs three or more equal blades and a ring of harmonics or "

@@ -1,4 +1,4 @@
-"""Scheme `general`: the integrator of any rotor, in its modal amplitudes."""
+"""Scheme `general`: any rotor in any casing, in real amplitudes of the modes."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ from hpcwhirl.structure import RingOperator
 
 
 def build(model: Model, scene: Scene, _: int) -> Integrator:
-    """Return the integrator of a scene by the scheme general.
+    """Return the integrator of a scene by scheme `general`.
 
     The casing is integrated in the static frame if it is a ring of elements, if
-    rotation couples the modes of the rotor, if tips have several contact points or if a
+    rotation couples the rotor's modes, if tips have several contact points or if a
     layer wears; otherwise in the rotating frame.
     """
     if model.rotor.spin is not None:
@@ -53,10 +53,10 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
 
 
 class _Spinning(TwoBodies):
-    """Integrator of a rotor whose modes are coupled by rotation.
+    """Integrator of a rotor whose modes are coupled by rotation at constant speed.
 
-    With an unbalance, the amplitudes are those of the displacement less x_s, that of
-    the circle without contact, see `case.unbalance`.
+    With an unbalance, the state has the displacement from the circle, x_s, the rotor's
+    motion without contact (`case.unbalance`).
     """
 
     def __init__(self, model: Model, scene: Scene) -> None:
@@ -76,7 +76,12 @@ class _Spinning(TwoBodies):
             self.put_on_circle(now, now - before)
 
     def motion(self, state: BodiesState, steps: int) -> Motion:
-        """Return the motion in a state, with the unbalanced rotor's orbit."""
+        """Return displacements and velocities of rotor and casing in a given state.
+
+        Those of an unbalanced rotor include its orbit without contact.
+
+        steps : number of time steps taken so far
+        """
         now = super().motion(state, steps)
         if self.still is None:
             return now
@@ -86,7 +91,11 @@ class _Spinning(TwoBodies):
 
 
 class _Driven(TwoBodies):
-    """Integrator of a rotor whose speed changes, see `dynamics.varying`."""
+    """Integrator of a rotor with terms of rotation whose speed changes.
+
+    Its state has two motions of the rotor, that due to contact and that due to
+    unbalance and changing speed, see `dynamics.varying`.
+    """
 
     def __init__(self, model: Model, scene: Scene) -> None:
         step, own = scene.solver.time_step, DrivenRotor(model, scene)
@@ -105,7 +114,7 @@ class _Driven(TwoBodies):
             self.put_on_circle(first, 0.0 * first)
 
     def begin(self, motion: Motion) -> bool:
-        """Set the state to a motion at angle 0 and time 0."""
+        """Start from a given motion, written into the state at angle 0; return True."""
         state = self.state
         super().begin(motion)
         self.steps.set_out(state, self.held[0].lower() @ motion.rotor_velocity)
@@ -113,7 +122,14 @@ class _Driven(TwoBodies):
         return True
 
     def refresh(self, state: BodiesState | None, now: Interval) -> None:
-        """Set the rotor's arrays for an interval of speed; keep the ledger closed."""
+        """Compute the rotor's arrays for a new interval of the changing speed.
+
+        The energy of the motion in the state changes with them; the change is entered
+        in the ledger as work of the loading.
+
+        state : state of the run; None: only the arrays are computed
+        now : interval that begins, in which the speed is taken as constant
+        """
         before = self.balance(state).energy if state else 0.0
         body, contact = self.arrays.rotor, self.arrays.contact
         self.own.set(body, now)
@@ -126,16 +142,20 @@ class _Driven(TwoBodies):
         state.ledger[PULSE] += self.balance(state).energy - before
 
     def motion(self, state: BodiesState, steps: int) -> Motion:
-        """Return the motion in a state, that by contact and that without."""
+        """Return displacements and velocities of rotor and casing in a given state.
+
+        The rotor's are those due to contact plus those due to unbalance and changing
+        speed.
+        """
         whole = self.own.whole
         now = state._replace(q_b=whole(state.q_b), d_b=whole(state.d_b))
         return super().motion(now, steps)
 
 
 class _RealModes(RotatingFrame):
-    """Integrator of real modes in the rotating frame.
+    """Integrator of uncoupled rotor modes with a ring of harmonics or a rigid casing.
 
-    The casing is a ring of harmonics, or rigid.
+    It works in the rotating frame, in which the ring is the same at every angle.
     """
 
     def __init__(self, model: Model, scene: Scene) -> None:

@@ -1,4 +1,8 @@
-"""The integrator that a scheme makes for a scene: a kernel and its arguments."""
+"""The interface between a march and a scheme: a kernel, its arguments and its state.
+
+A scheme makes an `Integrator`; the march calls its kernel with its arrays and state,
+and asks it for the motion and the energies in the state.
+"""
 
 from __future__ import annotations
 
@@ -23,14 +27,14 @@ from hpcwhirl.scene import Scene
 
 
 class Balance(NamedTuple):
-    """Terms of the energy balance of a state, J.
+    """Energies of a state that complete the ledger, the energy balance of a run, J.
 
     Attributes
     ----------
-    energy : energy of both bodies
+    energy : kinetic and strain energy of rotor and casing
     damping : energy that damping has taken from them since the start
-    rotation, friction, impact : amounts to add to these entries of the ledger; 0 for a
-        kernel that enters them in each step
+    rotation, friction, impact : works of rotation and friction, and loss by impact, to
+        add to these entries of the ledger; 0 for a kernel that enters them in each step
     """
 
     energy: float
@@ -41,20 +45,21 @@ class Balance(NamedTuple):
 
 
 class Integrator(ABC):
-    """A kernel, its arguments, and methods that read and set its state.
+    """A compiled kernel for one scene, its arguments, and access to its state.
 
     Attributes
     ----------
     model, scene : model and scene that are integrated
-    kernel : function that takes `steps` steps; `kernels.bodies.march_bodies` explains
-        its arguments
-    arrays : constant arrays, an argument of the kernel
-    state : state at rest, a `kernels.kernel_types.BodiesState` or `CyclicState`
+    kernel : function that takes `steps` time steps; `kernels.bodies.march_bodies`
+        explains its arguments
+    arrays : constant arrays, arguments of the kernel
+    state : motion of rotor and casing, ledger and counters, which the kernel changes;
+        at rest when created; a `kernels.kernel_types.BodiesState` or `CyclicState`
     casing_width : number of casing coordinates that the kernel stores per sample
-    of_modes : whether these are amplitudes of modes, else displacements
+    of_modes : whether these coordinates are modal amplitudes, else displacements
     jitter : energy, J, and squared distance of the centre from the circle, m^2, that
         round-off adds in a step to the motion of an unbalanced rotor, see
-        `dynamics.turning`; 0 for states that have the motion about the circle
+        `dynamics.turning`; 0 if the state has the displacement from the circle
     """
 
     kernel: Callable[..., Any]
@@ -67,29 +72,36 @@ class Integrator(ABC):
 
     @abstractmethod
     def balance(self, state: Any) -> Balance:
-        """Return the terms that complete the ledger in a state."""
+        """Return energies, losses and works in a state, which complete the ledger."""
 
     @abstractmethod
     def motion(self, state: Any, steps: int) -> Motion:
-        """Return the motion of all sectors in a state, at the angle of step `steps`.
+        """Return displacements and velocities of rotor and casing in a given state.
 
-        With an unbalance it includes the circle, see `case.unbalance`.
+        They are those of all sectors, and include the circle of an unbalanced rotor,
+        see `case.unbalance`.
+
+        steps : number of time steps taken so far, from which the angle of the rotor
+            follows
         """
 
     @abstractmethod
     def begin(self, motion: Motion) -> bool:
-        """Set the state to a motion at angle 0 and time 0; return whether it could be.
+        """Start from a given motion; return whether the state can represent it.
 
-        The energy of the motion is entered as work of the loading. If a model of one
-        sector cannot represent the motion, nothing changes.
+        The motion is written into the state at time 0, with the rotor at angle 0. Its
+        energy is entered in the ledger as work of the loading. If a model of one sector
+        cannot represent the motion, nothing changes.
         """
 
     def casing_waves(self, copies: Floats, stride: int) -> Floats:
-        """Return the casing's harmonics, as in `history.History.casing`, from samples.
+        """Return the harmonics of the casing's displacement at samples of a run.
 
-        copies : (n, casing_width), stored casing coordinates. The shape of a rigid
-            casing depends on time alone, so that they are not used
-        stride : steps between samples
+        They are shaped as `history.History.casing`: radial, m, in the static frame.
+
+        copies : (n, casing_width), the casing's coordinates as the kernel stored them;
+            unused for a rigid casing, whose shape depends on time alone
+        stride : number of time steps between samples
         """
         if self.model.casing is None:
             return waves_of_rigid(self.model, self.scene, len(copies), stride)
@@ -97,37 +109,43 @@ class Integrator(ABC):
         return waves_of_ring(self.model, values, of_modes=self.of_modes)
 
     def _static(self, copies: Floats, _: int) -> Floats:
-        """Return the samples of an elastic casing in the static frame, as given here.
+        """Return samples of an elastic casing's coordinates in the static frame.
+
+        Here the kernel has stored them in that frame, so that they are returned
+        unchanged.
 
         copies, _ : as for `casing_waves`
         """
         return copies
 
     def refresh(self, state: Any, now: Interval) -> None:  # noqa: B027 - often nothing
-        """Set the arrays for an interval of a changing speed, and adapt the state.
+        """Compute the kernel's arrays for a new interval of a changing speed.
 
-        Nothing is to be done here if the speed changes only arguments of the kernel.
+        Nothing is to be done if the speed changes only arguments of the kernel.
 
-        state : state that is adapted, or None
+        state : state of the run, adapted to the new arrays; None: only these are
+            computed
+        now : interval that begins, in which the speed is taken as constant
         """
 
     def release(self, state: Any, places: Floats, steps: int) -> None:
-        """Add to a state at step `steps` the displacement of a casing that is let go.
+        """Let go of a casing held in a shape: add the shape to a state's motion.
 
         A scheme without this method integrates no such cases.
 
-        places : (n,), m, in the casing's coordinates
+        state : state after `steps` steps, changed in place
+        places : (n,), m, the shape as displacements of the casing's n coordinates
         """
         raise NotImplementedError
 
 
 def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> CyclicState:
-    """Return a state at rest of a kernel in the rotating frame.
+    """Return the state of rotor and ring at rest, for kernels in the rotating frame.
 
     Parameters
     ----------
-    blades : N
-    gap : m
+    blades : N, number of blades or, with several a tip, of contact points
+    gap : m, of all tips
     sizes : lengths of the state's arrays `rotor`, `ring`, `lam` and `sums_b`
     """
     k, wide = widths(blades)
@@ -140,9 +158,11 @@ def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> Cyclic
 
 
 def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:
-    """Return the time loop `march` without its last argument, the work space.
+    """Return a kernel that calls a compiled time loop with work arrays of its own.
 
-    space_of : function that makes the work space; it is called once, at the first use
+    march : the time loop, which takes the work arrays as its last argument
+    space_of : function that makes the work arrays; called once, at the kernel's first
+        use
     """
     space = cache(space_of)
 
@@ -153,12 +173,12 @@ def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:
 
 
 def nothing_yet(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
-    """Return the contacts, counters, ledger and impulses of a state at rest.
+    """Return the contacts, counters, ledger and impulses with which a run starts.
 
     Returns
     -------
-    (step of the last contact of each blade, counters, ledger, impulse of each blade) as
-    in `kernels.kernel_types.CyclicState`
+    (step of the last contact of each blade, -1; counters; ledger, 0; impulse of each
+    blade, 0), as in `kernels.kernel_types.CyclicState`
     """
     counter = np.zeros(contact.COUNTERS, dtype=np.int64)
     counter[[contact.LAST, contact.ENDED, contact.CERTIFIED]] = -1
@@ -167,10 +187,11 @@ def nothing_yet(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
 
 
 def unfold(model: Model, found: Amplitudes, places: Floats | None = None) -> Motion:
-    """Return a motion of all sectors from the amplitudes of rotor and ring.
+    """Return displacements and velocities of all sectors from modal amplitudes.
 
-    found : amplitudes; those of one sector if only one is integrated
-    places : (n,), m, displacement of the rotor at amplitudes 0; None: 0
+    found : modal amplitudes of rotor and casing, perhaps of the model of one sector
+    places : (n,), m, added to the rotor's displacement, the circle of an unbalanced
+        rotor; None: nothing is added
     """
     own, beside = model.shapes
     rotor, velocity = own @ found.rotor, own @ found.rotor_rate

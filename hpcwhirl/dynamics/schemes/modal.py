@@ -1,4 +1,4 @@
-"""Scheme `modal`: amplitudes of modes or waves by central differences."""
+"""Scheme `modal`: central differences of the amplitudes of modes or waves."""
 
 from __future__ import annotations
 
@@ -17,14 +17,16 @@ from hpcwhirl.scene import Scene
 
 
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return the integrator of a scene by the scheme modal.
+    """Return the integrator of a scene by scheme `modal`, chosen by rotor and casing.
 
-    Three or more equal sectors in a rigid casing or one of harmonics: the cyclic
-    kernel, of modes or, with terms of rotation, of waves. Other rotors: waves of the
-    whole rotor. Several contact points a tip: waves of both bodies. Two waves that
-    nearly coincide, or a layer that wears: the integrator of scheme `general`.
+    - Three or more equal sectors, in a rigid casing or a ring of harmonics: kernel
+      `cyclic`, with modes or, if rotation couples these, with waves.
+    - Other rotors in such a casing: waves of the whole rotor.
+    - Tips with several contact points: waves of rotor and casing.
+    - Two waves that nearly coincide, a casing that wears, or a ring of elements: the
+      integrator of scheme `general`.
 
-    beat : steps between rows of evidence
+    beat : number of time steps between two rows of evidence
     """
     if wears(scene):
         return general.build(model, scene, beat)

@@ -16,7 +16,10 @@ from hpcwhirl.scene import Scene
 
 
 def build(model: Model, scene: Scene, _: int) -> Integrator:
-    """Return the integrator of a scene by the paper's Algorithm 1 on full matrices."""
+    """Return the integrator of a scene by the paper's Algorithm 1 on full matrices.
+
+    An unbalanced rotor starts on its circle, the motion without contact.
+    """
     arrays, step = dense_arrays(model, scene), scene.solver.time_step
     places, ring = circle(model, scene), np.zeros(len(arrays.casing.keep))
     still = np.zeros(len(model.rotor.mass)) if places is None else places

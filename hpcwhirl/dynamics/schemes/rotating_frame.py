@@ -1,9 +1,10 @@
-"""Integrators of kernels in the rotating frame, with the ring by nodal diameter.
+"""Base of the integrators in the rotating frame, with the ring by nodal diameter.
 
-Layouts of the motions read a motion from a state without pending step and write one to
-a state at time 0. A kernel completes the pending step when it begins the next one. At
-time 0 nothing may be pending: the previous increment is set to the opposite of the
-present one, since dissipation and works of a step depend on their sum.
+A kernel leaves the contact forces of each step pending in the state until it begins the
+next step. So a motion is read from copies in which these forces have been applied. A
+motion is written to a state at time 0, where nothing may be pending: the increment
+before the last is set to the opposite of the last one, since dissipation and works of a
+step depend on their sum.
 """
 
 from __future__ import annotations
@@ -41,31 +42,44 @@ from hpcwhirl.dynamics.slots import ring_amplitudes, ring_slots, ring_turned, tu
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
-Ended = tuple[Floats, Floats, Floats, Floats]  # rotor, ring and sums, step completed
+Ended = tuple[Floats, Floats, Floats, Floats]  # see `RotatingFrame.ended`
 
 
 class RotorPlaces(Protocol):
-    """Layout of the rotor's motion in a kernel's state; modes are those at rest."""
+    """Conversion of a rotor's motion between a kernel's state and modal amplitudes.
+
+    The m modes are those at Omega = 0, whatever coordinates the state has.
+    """
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return modal amplitudes and rates (m,) from a state without pending forces.
+        """Return the rotor's modal amplitudes and velocities, (m,) each, from a state.
 
-        odd : 1 if the number of steps is odd, else 0
+        The modes are those at Omega = 0.
+
+        state : the rotor's part of the kernel's state, with no contact forces pending
+        odd : 1 if the number of steps so far is odd, else 0
         """
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to a motion; return amplitudes a step earlier, (m,).
+        """Write a motion of the rotor at time 0 into a state.
 
-        q, rate : (m,), amplitudes of the modes at rest, and their velocities
+        Return the modal amplitudes a step earlier, (m,), from which the earlier gaps
+        follow.
+
+        state : out, the rotor's part of the kernel's state
+        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
         """
 
 
 @dataclass(frozen=True)
 class ModePlaces:
-    """Layout of modes: amplitudes, then increments of even and of odd steps.
+    """Conversion between modal amplitudes in a kernel's state and a rotor's motion.
 
-    apart, joined : functions from one of these three parts of the state to the modes
-        (m,), and back
+    The rotor's part of the state is three arrays: amplitudes, then increments of the
+    last even and of the last odd step.
+
+    steps : conversion between velocities and increments of the modes
+    apart, joined : functions from one of these arrays to the m modes, (m,), and back
     """
 
     steps: Steps
@@ -73,17 +87,24 @@ class ModePlaces:
     joined: Callable[[Floats], Floats]
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return modal amplitudes and rates (m,) from a state without pending forces.
+        """Return the rotor's modal amplitudes and velocities, (m,) each, from a state.
 
-        odd : 1 if the number of steps is odd, else 0
+        The modes are those at Omega = 0.
+
+        state : the rotor's part of the kernel's state, with no contact forces pending
+        odd : 1 if the number of steps so far is odd, else 0
         """
         q, d = map(self.apart, _held(state, passes.ROTOR_STATE, odd))
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to a motion; return amplitudes a step earlier, (m,).
+        """Write a motion of the rotor at time 0 into a state.
 
-        q, rate : (m,), amplitudes of the modes at rest, and their velocities
+        Return the modal amplitudes a step earlier, (m,), from which the earlier gaps
+        follow.
+
+        state : out, the rotor's part of the kernel's state
+        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
         """
         d = self.steps.increments(q, rate)
         new = self.joined(d)
@@ -93,9 +114,12 @@ class ModePlaces:
 
 @dataclass(frozen=True)
 class RingPlaces:
-    """Layout of a ring of harmonics by nodal diameter (slot), in the rotating frame.
+    """Conversion of a ring's motion between a kernel's state and modal amplitudes.
 
-    items : coefficients of the ring's modes, packed, see `kernels.passes`
+    The state has complex amplitudes of the ring's harmonics in the rotating frame, in
+    slots, one for each nodal diameter; the modal amplitudes are in the static frame.
+
+    items : coefficients of the ring's modes in a step, packed, see `kernels.passes`
     """
 
     model: Model
@@ -104,14 +128,16 @@ class RingPlaces:
 
     @property
     def steps(self) -> Steps:
-        """Conversion between rates and increments of the ring's modes."""
+        """Conversion between velocities and increments of the ring's modes."""
         solver = self.scene.solver
         return modal_steps(self.model.casing, solver.time_step, exact=solver.flies)
 
     def read(self, state: Floats, count: int) -> tuple[Floats, Floats]:
-        """Return modal amplitudes and rates (n,) of the ring, in the static frame.
+        """Return the ring's modal amplitudes and velocities, (n,) each, from a state.
 
-        state : the ring's part of the kernel's state, without pending forces
+        They are in the static frame.
+
+        state : the ring's part of the kernel's state, with no contact forces pending
         count : number of steps so far
         """
         if self.model.casing is None:
@@ -122,8 +148,12 @@ class RingPlaces:
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set the ring at time 0 to a motion; return amplitudes a step earlier, (n,).
+        """Write a motion of the ring at time 0 into a state.
 
+        Return the modal amplitudes a step earlier, (n,), from which the earlier gaps
+        follow.
+
+        state : out, the ring's part of the kernel's state
         q, rate : (n,), modal amplitudes and their velocities, static frame
         """
         if self.model.casing is None:
@@ -139,10 +169,13 @@ class RingPlaces:
         return q - d
 
     def add(self, state: Floats, q: Floats, count: int) -> None:
-        """Add modal amplitudes q, static frame, at rest, to a state at step `count`.
+        """Add a displacement of the ring, without velocity, to a kernel's state.
 
         The previous increments are changed oppositely, so that the works of the pending
         step, which depend on the sum of both, stay the same.
+
+        state : in and out, the ring's part of the kernel's state
+        q, count : (n,), modal amplitudes to add, static frame; number of steps so far
         """
         step, other = self.scene.solver.time_step, np.zeros_like(state)
         angle = float(angle_at(self.scene, count, step))
@@ -152,10 +185,10 @@ class RingPlaces:
 
 
 def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
-    """Return a body's amplitudes, and their last increments, from its state.
+    """Return a body's amplitudes, and their increments in the last step, from a state.
 
-    parts : number of equal arrays in the state: amplitudes, then increments of the last
-        even and of the last odd step
+    parts : number of equal arrays in the body's part of the state: amplitudes, then
+        increments of the last even and of the last odd step
     odd : 1 if the last step's number is odd, else 0
     """
     size = len(state) // parts
@@ -165,9 +198,10 @@ def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
 def write_gaps(
     state: CyclicState, model: Model, scene: Scene, now: Amplitudes, before: Amplitudes
 ) -> None:
-    """Set the gaps in a state to those at time 0 and a step earlier.
+    """Compute the gaps at time 0 and a step earlier, and write them into a state.
 
-    now, before : amplitudes at time 0 and a step earlier, of all sectors or of one
+    now, before : modal amplitudes of both bodies at time 0 and at time -dt, for the
+        model of all sectors or of one
     """
     rows = state.gaps.reshape(3, -1)
     chosen = folded(model.blades, widths(model.blades)[1])
@@ -181,9 +215,10 @@ def write_gaps(
 
 
 def nothing_booked(state: CyclicState, *, exact: bool) -> None:
-    """Set the works in a state to 0, and its counters to those at the start of a march.
+    """Set multipliers, works, losses and impulses in a state to 0, for a new start.
 
-    exact : whether the kernel is that of the exact flow, for which no step is pending
+    exact : whether the kernel is that of the exact flow: its state is then marked as
+        one without pending step
     """
     for part in (state.lam, state.sums_b, state.sums_c, state.ledger, state.impulse):
         part[:] = 0.0
@@ -192,13 +227,16 @@ def nothing_booked(state: CyclicState, *, exact: bool) -> None:
 
 
 class RotatingFrame(Integrator):
-    """Integrator of a kernel in the rotating frame.
+    """Integrator of a kernel in the rotating frame, with the ring by nodal diameter.
 
     Attributes
     ----------
-    rotor, ring : layouts of the two bodies' motions in a state
-    way : how steps end, see `kernels.stepping`
-    beside : whether the gaps in a state leave out the rotor's displacement
+    rotor, ring : conversions of the two bodies' motions between state and modal
+        amplitudes
+    way : how the kernel completes a step: by central differences or the exact flow
+    beside : whether the state's gaps leave out the rotor's displacement
+    places : (n,), m, displacement of an unbalanced rotor on its circle; None if
+        balanced
     """
 
     way: Central | Exact = CENTRAL
@@ -222,14 +260,24 @@ class RotatingFrame(Integrator):
 
     @abstractmethod
     def _kernel(self) -> Any:
-        """Return the time loop with its work space."""
+        """Return the compiled time loop, bound to work arrays of its own."""
 
     @abstractmethod
     def _settle(self, state: CyclicState, copies: Ended) -> None:
-        """Complete a state's pending step in copies of rotor, ring and their sums."""
+        """Apply a state's pending contact forces, and write the result to copies.
+
+        copies : out: motion of rotor and ring; in and out: their sums of works and
+            losses
+        """
 
     def ended(self, state: CyclicState) -> Ended:
-        """Return copies of rotor, ring and sums, with all contact forces applied."""
+        """Return a state's motion and sums after its pending contact forces.
+
+        Returns
+        -------
+        copies of the state's arrays (rotor, ring, sums_b, sums_c) with these forces
+        applied
+        """
         copies = (
             np.zeros_like(state.rotor), np.zeros_like(state.ring),
             state.sums_b.copy(), state.sums_c.copy(),
@@ -238,7 +286,7 @@ class RotatingFrame(Integrator):
         return copies
 
     def balance(self, state: CyclicState) -> Balance:
-        """Return the terms of the energy balance of a state."""
+        """Return energies, losses and works in a state, which complete the ledger."""
         s_b, s_c, sums_b, sums_c = self.ended(state)
         step, rotor = self.scene.solver.time_step, self.arrays.rotor
         odd, c_c = int(state.counter[contact.STEP] & 1), self.arrays.casing.items
@@ -250,13 +298,19 @@ class RotatingFrame(Integrator):
         return Balance(sum(energies), loss, rotation, friction * drag, impact)
 
     def motion(self, state: CyclicState, steps: int) -> Motion:
-        """Return the motion of all sectors in a state, with the circle."""
+        """Return displacements and velocities of rotor and casing in a given state.
+
+        They are those of all sectors, with the circle of an unbalanced rotor.
+
+        steps : number of time steps taken so far, from which the angle of the rotor
+            follows
+        """
         s_b, s_c, _, _ = self.ended(state)
         now = *self.rotor.read(s_b, steps & 1), *self.ring.read(s_c, steps)
         return unfold(self.model, Amplitudes(*now), self.places)
 
     def begin(self, motion: Motion) -> bool:
-        """Set the state to a motion at angle 0 and time 0; return whether it could."""
+        """Start from a given motion; return whether the state can represent it."""
         model, scene, state = self.model, self.scene, self.state
         now = amplitudes(model, motion)
         if now is None:
@@ -278,7 +332,10 @@ class RotatingFrame(Integrator):
         return True
 
     def release(self, state: CyclicState, places: Floats, steps: int) -> None:
-        """Add the displacement of a casing that is let go at step `steps`."""
+        """Let go of a casing held in a shape: add the shape to a state's motion.
+
+        state, places, steps : as for `Integrator.release`
+        """
         body = self.model.casing
         if body is None:
             raise TypeError(body)
@@ -286,7 +343,12 @@ class RotatingFrame(Integrator):
         self.ring.add(state.ring, lower @ places, steps)
 
     def refresh(self, state: CyclicState | None, now: Interval) -> None:
-        """Turn the ring at the speed of an interval."""
+        """Change the kernel's coefficients of the ring to those of a new speed.
+
+        state : state of the run, adapted to the new speed; None: only coefficients are
+            changed
+        now : interval that begins, in which the speed is taken as constant
+        """
         items, turn = self.arrays.casing.items, self.model.folds * now.turn
         turn_ring(self.model, self.scene, items, state, turn)
 

@@ -1,4 +1,4 @@
-"""Integrator for several contact points a tip: waves of both bodies."""
+"""Integrator of tips with several contact points each: waves of rotor and casing."""
 
 from __future__ import annotations
 
@@ -40,11 +40,12 @@ from hpcwhirl.structure import RingOperator
 
 
 def points_apart(model: Model, scene: Scene) -> Integrator | None:
-    """Return the integrator of the waves of both bodies, for several points a tip.
+    """Return the integrator of tips with several contact points, or None.
 
-    None for a ring of elements, supports that differ by direction or have a film, or a
-    speed that changes, since matrices are not constant in the rotating frame then; for
-    an unbalance or a casing that is let go; and where two waves nearly coincide.
+    It integrates waves of rotor and casing, which need matrices that are constant in
+    the rotating frame: None for a ring of elements, supports that differ by direction
+    or have a film, or a speed that changes. None also for an unbalance, for a casing
+    that is let go, and where two waves nearly coincide.
     """
     spin = model.rotor.spin
     plain = spin is None or spin.support.is_plain
@@ -57,7 +58,12 @@ def points_apart(model: Model, scene: Scene) -> Integrator | None:
 
 
 class _SeveralPoints(Integrator):
-    """Integrator of the waves of both bodies, in the rotating frame."""
+    """Integrator of waves of rotor and casing, for several contact points a tip.
+
+    The state has the amplitudes of both bodies' waves in the rotating frame.
+
+    waves : waves of both bodies, with their indices among the state's amplitudes
+    """
 
     def __init__(self, model: Model, scene: Scene, waves: PointWaves) -> None:
         arrays, self.waves = point_arrays(model, scene, waves)
@@ -72,14 +78,18 @@ class _SeveralPoints(Integrator):
         self.casing_width = len(arrays.rotor.casing)
 
     def balance(self, state: CyclicState) -> Balance:
-        """Return the terms of the energy balance of a state."""
+        """Return energies, losses and works in a state, which complete the ledger."""
         energy = sum(energies_of_points(self.arrays.rotor, state.rotor))
         normal, drag, given = state.sums_b
         friction = friction_with_sign(self.scene)
         return Balance(energy, given - energy, normal / 2, friction * drag / 2)
 
     def motion(self, state: CyclicState, steps: int) -> Motion:
-        """Return the motion in a state, at the angle of step `steps`."""
+        """Return displacements and velocities of rotor and casing in a given state.
+
+        steps : number of time steps taken so far, from which the angle of the rotor
+            follows
+        """
         q, bodies = state.rotor, (self.waves.rotor, self.waves.casing)
         rotor, casing = (
             (real_rows(body.shapes) @ q[place], real_rows(body.rates) @ q[place])
@@ -90,7 +100,7 @@ class _SeveralPoints(Integrator):
         return unfold(self.model, Amplitudes(*rotor, *still))
 
     def begin(self, motion: Motion) -> bool:
-        """Set the state to a motion at angle 0 and time 0; return whether it could."""
+        """Start from a given motion; return whether the state can represent it."""
         now, state = amplitudes(self.model, motion), self.state
         if now is None:
             return False

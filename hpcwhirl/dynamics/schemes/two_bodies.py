@@ -1,4 +1,8 @@
-"""Integrators with the loop of `kernels.bodies`, which several schemes share."""
+"""Integrator of rotor and casing with the loop `kernels.bodies`.
+
+Schemes `paper` and `general` use it, with displacements or modal amplitudes; the casing
+is in the static frame.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +42,7 @@ NONE = np.zeros((0, 0))
 
 
 def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
-    """Return the kernel's state with rotor and casing at rest."""
+    """Return the state of `kernels.bodies.march_bodies`, with both bodies at rest."""
     own, casing = arrays.rotor, len(arrays.casing.keep)
     coupled = isinstance(own, CoupledBody)
     rotor = int(own.starts[-1]) if coupled else len(own.keep)
@@ -52,7 +56,7 @@ def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Relation of a body's displacements x to the state's coordinates y.
+    """Relation of a body's displacements x to the coordinates y in a kernel's state.
 
     Attributes
     ----------
@@ -70,9 +74,10 @@ class Coordinates:
     whole: bool = False
 
     def read(self, q: Floats, d: Floats) -> tuple[Floats, Floats]:
-        """Return displacements x and velocities (n,) of a body from a state.
+        """Return displacements x and velocities, (n,) each, of a body from a state.
 
-        q, d : the state's amplitudes or coordinates, and their increments q_n - q_{n-1}
+        q, d : the state's coordinates of the body, and their increments in the last
+            step
         """
         size = self.lift.shape[1]
         y = q[:size] - self.still if self.whole else q[:size]
@@ -81,10 +86,13 @@ class Coordinates:
         )
 
     def write(self, x: Floats, v: Floats, q: Floats, d: Floats) -> Floats:
-        """Set a state to a motion; return its displacements a step earlier, (n,), m.
+        """Write a body's motion into a state; return its displacements a step earlier.
+
+        They are (n,), m.
 
         x, v : (n,), displacements, m, and velocities, m/s
-        q, d : out: the state's amplitudes or coordinates, and increments q_n - q_{n-1}
+        q, d : out: the state's coordinates of the body, and their increments in the
+            last step
         """
         lower = self.lower()
         y = lower @ (x - self.still)
@@ -94,7 +102,10 @@ class Coordinates:
 
 
 def modal_coordinates(body: ModalModel | None, step: float) -> Coordinates:
-    """Return the coordinates of a body as modes without terms of rotation."""
+    """Return the relation of a body's displacements to its modal amplitudes.
+
+    body, step : modes without terms of rotation, None for a rigid casing; dt, s
+    """
     steps = modal_steps(body, step, exact=False)
     if body is None:
         return Coordinates(steps, NONE, lambda: NONE, np.zeros(0))
@@ -104,8 +115,11 @@ def modal_coordinates(body: ModalModel | None, step: float) -> Coordinates:
 
 
 def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinates:
-    """Return the coordinates of a body integrated with full matrices.
+    """Return the relation of a body's displacements to a state that has them itself.
 
+    The other relation is that to modal amplitudes, `modal_coordinates`.
+
+    body, step : the kernel's matrices of the body; dt, s
     still : (n,), m, circle x_s of an unbalanced rotor, see `case.unbalance`; else 0
     """
     size = len(still)
@@ -116,9 +130,10 @@ def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinate
 
 
 class TwoBodies(Integrator):
-    """Integrator of two bodies by `kernels.bodies.march_bodies`.
+    """Integrator of rotor and casing by the time loop `kernels.bodies.march_bodies`.
 
-    held : coordinates of rotor and casing in the state; None: their modes
+    held : how displacements of rotor and casing relate to the coordinates in the state;
+        None: these are modal amplitudes
     """
 
     kernel = staticmethod(march_bodies)
@@ -137,18 +152,18 @@ class TwoBodies(Integrator):
         self.held = held or (next(each), next(each))
 
     def balance(self, state: BodiesState) -> Balance:
-        """Return the terms of the energy balance of a state."""
+        """Return energy and damping loss in a state, which complete the ledger."""
         step, (_, rotor, casing, _) = self.scene.solver.time_step, self.arrays
         energy = sum(energies_of(rotor, casing, state, step))
         return Balance(energy, float(state.loss_b.sum() + state.loss_c.sum()))
 
     def motion(self, state: BodiesState, _: int) -> Motion:
-        """Return the motion in a state."""
+        """Return displacements and velocities of rotor and casing in a given state."""
         b, c = self.held
         return Motion(*b.read(state.q_b, state.d_b), *c.read(state.q_c, state.d_c))
 
     def begin(self, motion: Motion) -> bool:
-        """Set the state to a motion at angle 0 and time 0."""
+        """Start from a given motion, written into the state at angle 0; return True."""
         model, scene, state, (b, c) = self.model, self.scene, self.state, self.held
         check_sizes(model, motion)
         x, v, y, w, _ = motion
@@ -161,15 +176,15 @@ class TwoBodies(Integrator):
         return True
 
     def put_on_circle(self, own: Floats, rises: Floats) -> None:
-        """Set the state of an unbalanced rotor to its start.
+        """Set the state so that an unbalanced rotor starts on its circle.
 
-        The rotor starts on its circle, or on the circle scaled down, see
-        `case.unbalance`. In the latter case the energy of the motion about the circle
-        is entered in the ledger as work of the loading.
+        The circle, the motion without contact, may have to be scaled down at the start,
+        see `case.unbalance`. Then the energy of the motion about it is entered in the
+        ledger as work of the loading.
 
-        own, rises : (m,), initial values of the coordinates but for the last ones,
-            which are those of `dynamics.turning`; increments in the step before the
-            start
+        own, rises : (m,), the rotor's coordinates at time 0, and their increments in
+            the step before. The state's further coordinates, which represent the circle
+            (`dynamics.turning`), are set here, too
         """
         model, scene, state, m = self.model, self.scene, self.state, len(own)
         share = share_at_start(model, scene)
@@ -182,7 +197,10 @@ class TwoBodies(Integrator):
             state.ledger[PULSE] = self.balance(state).energy
 
     def release(self, state: BodiesState, places: Floats, _: int) -> None:
-        """Add to a state the displacement of a casing that is let go."""
+        """Let go of a casing held in a shape: add the shape to a state's motion.
+
+        places : (n,), m, the shape as displacements of the casing's n coordinates
+        """
         casing = self.held[1]
         y = casing.lower() @ places
         state.q_c[: len(y)] += y
