@@ -1,11 +1,10 @@
 """Types of the kernels' arguments and states, with shapes, units and frames.
 
-Numba treats a NamedTuple like a tuple; a kernel unpacks it once, at its beginning.
-The suffixes `_b` and `_c` are those of rotor (blades) and casing. There are N blades, k
-slots (nodal diameters), and `wide` columns of the transform to gaps, see
-`cyclic.widths`.
-
-Those of the loop `bodies`, whose casing is in the static frame, come last.
+Numba treats a NamedTuple like a tuple; a kernel unpacks it once, at its beginning. The
+suffixes `_b` and `_c` are those of rotor (blades) and casing. There are N blades and k
+slots, one for each nodal diameter, padded; arrays of all gaps in folded order are (2
+wide,), see `circulant.folded` and `cyclic.widths`. Types of the loop `bodies`, whose
+casing is in the static frame, come last.
 """
 
 from __future__ import annotations
@@ -68,7 +67,14 @@ class Load(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """Constant arrays of a scheme's kernel, of types that depend on the scheme."""
+    """The constant arrays that a scheme's kernel gets, as one argument.
+
+    Attributes
+    ----------
+    load : pulse on the casing
+    rotor, casing, contact : coefficients of the bodies and of their contact, of types
+        that depend on the scheme; see `wave_types` and the types below
+    """
 
     load: Load
     rotor: Any
@@ -77,7 +83,7 @@ class Arrays(NamedTuple):
 
 
 class Strides(NamedTuple):
-    """Steps between samples of the traces, and between rows of the evidence."""
+    """Steps between two samples of the traces, and between two rows of evidence."""
 
     traces: int
     evidence: int
@@ -181,8 +187,10 @@ class CyclicState(NamedTuple):
 
 
 class Ring(NamedTuple):
-    """How a casing's ring is discretised.
+    """How the ring of a casing is discretised.
 
+    Attributes
+    ----------
     kind : RIGID, ELEMENTS or WAVES, see `contact`
     size : number of elements, or highest harmonic
     length : m, of an element
