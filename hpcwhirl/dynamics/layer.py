@@ -1,4 +1,8 @@
-"""Rods of the layer in kernels, made once per case from the contact law."""
+"""Coefficients of the layer's rods for the kernels, from the contact law of a scene.
+
+The layer on the casing that wears is modelled by rods side by side, see
+`kernels.layer`.
+"""
 
 from __future__ import annotations
 
@@ -26,10 +30,11 @@ def _flex(scene: Scene) -> float:
 
 
 def _abradable(scene: Scene) -> Layer:
-    """Return plastic rods: stiffness A E / l, limit A sigma_y, hardening A H / l.
+    """Return the coefficients of plastic rods: elastic up to a limit, then hardening.
 
-    A is the area of a rod; E, l, sigma_y and H are Young's modulus, thickness, yield
-    stress and hardening modulus of the layer.
+    Stiffness is A E / l, limit A sigma_y, hardening A H / l; A is the area of a rod; E,
+    l, sigma_y and H are Young's modulus, thickness, yield stress and hardening modulus
+    of the layer.
     """
     casing, area = scene.engine.casing, rod_area(scene)
     growth = area * casing.layer_hardening / casing.layer_thickness
@@ -38,9 +43,10 @@ def _abradable(scene: Scene) -> Layer:
 
 
 def _archard(scene: Scene) -> Layer:
-    """Return elastic rods that wear by Archard's law: k N v dt / A in a step.
+    """Return the coefficients of elastic rods that wear by Archard's law.
 
-    k is the wear coefficient, 1/Pa, N the force and A the area of a rod, v = |Omega| R.
+    A rod wears by k N v dt / A in a step: k is the wear coefficient, 1/Pa, N the force
+    and A the area of a rod, v = |Omega| R.
     """
     casing, area = scene.engine.casing, rod_area(scene)
     slid = scene.engine.rotor.radius * scene.solver.time_step  # at 1 rad/s
@@ -75,5 +81,8 @@ def layer_of(scene: Scene) -> Layer:
 
 
 def unworn(scene: Scene) -> Floats:
-    """Return an unworn layer, (3, rods), as in `kernels.kernel_types.BodiesState`."""
+    """Return the state of an unworn layer, (3, rods): worn depth and works, all 0.
+
+    The rows are those of `worn` in `kernels.kernel_types.BodiesState`.
+    """
     return np.zeros((3, rods_of(scene)))

@@ -37,14 +37,16 @@ from hpcwhirl.scene import Scene
 
 @dataclass(frozen=True)
 class ModeWaves:
-    """Modes as waves of central differences.
+    """A rotor's m modes, without terms of rotation, as waves of central differences.
+
+    The displacement of a mode is the real part of its wave's complex amplitude.
 
     Attributes
     ----------
     step : dt, s
     omega : (m,), rad/s
     ahead : (m,), z - 1, z the factor of an amplitude in a step without forces
-    give : (m,), (1/dt^2 + xi omega/dt)^-1, change of a mode's amplitude, and of its
+    give : (m,), (1/dt^2 + xi omega/dt)^-1, change of a mode's displacement, and of its
         increment in the step, by a unit modal force
     """
 
@@ -72,31 +74,32 @@ class ModeWaves:
 
     @property
     def moves(self) -> Complexes:
-        """Ratio of (x_{n+1} - x_{n-1}) to the amplitude at step n + 1, (m,).
+        """Factors (m,) of a in the motion of a mode over two steps, Re(factor a).
 
-        It is that of free motion, x the displacement of a mode.
+        The motion is x_{n+1} - x_{n-1}, x the displacement of the mode in free motion,
+        a the complex amplitude of its wave at step n + 1.
         """
         return np.asarray(self.rise * (1 + 1 / (1 + self.ahead)))
 
     def amplitudes(self, q: Floats, moved: Floats, of: Complexes) -> Complexes:
         """Return the complex amplitudes a, (m,), with Re(a) = q and Re(of a) = moved.
 
-        q, moved : (m,), real amplitudes of the modes, and their increments or
-            velocities
-        of : (m,), factors that give the latter, for example `rise` or `rates`
+        q, moved : (m,), displacements of the modes, and their increments or velocities
+        of : (m,), factors that give increments or velocities: `rise` or `rates`
         """
         return np.asarray(q + 1j * (of.real * q - moved) / of.imag)
 
     @property
     def gives(self) -> Complexes:
-        """Increment of each amplitude by a unit modal force, (m,)."""
+        """Change of each wave's complex amplitude by a unit modal force, (m,)."""
         return self.amplitudes(self.give, self.give, self.rise)
 
     @property
     def form(self) -> Floats:
-        """Coefficients (3, m), J, in the energy, of re^2, 2 re im, im^2 of amplitudes.
+        """Coefficients (3, m), J, of re^2, 2 re im, im^2 of amplitudes in the energy.
 
-        The energy is (d / dt)^2 / 2 + omega^2 q (q - d) / 2, d = q_n - q_{n-1}.
+        The energy of a mode is (d / dt)^2 / 2 + omega^2 q (q - d) / 2, d = q_n -
+        q_{n-1}.
         """
         rise, before, stiff = self.rise, 1 / (1 + self.ahead), self.omega**2
         squares = rise.real**2, -rise.real * rise.imag, rise.imag**2
@@ -105,7 +108,10 @@ class ModeWaves:
 
 
 def mode_waves(body: ModalModel, step: float) -> ModeWaves:
-    """Return the waves of a body's modes; step : dt, s, below the stability limit."""
+    """Return a body's modes as waves of central differences.
+
+    body, step : modes of the body; dt, s, below the stability limit
+    """
     omega, rate = body.omega, body.ratios * body.omega
     stiff = 1 - (omega * step / 2) ** 2
     swing = np.sqrt((omega**2 * stiff - rate**2).astype(np.complex128))

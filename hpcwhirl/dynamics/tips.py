@@ -1,4 +1,8 @@
-"""Arrays of the kernel `general`: tips, ring by nodal diameter, Delassus matrix."""
+"""Constant arrays of the kernel `general`: a rotor of unequal sectors as real modes.
+
+They are the coefficients of the rotor's modes with the displacements of its tips, those
+of the ring by nodal diameter, and the Delassus matrix of both.
+"""
 
 from __future__ import annotations
 
@@ -28,13 +32,14 @@ from hpcwhirl.scene.rules import NO_BLADE
 
 
 def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
-    """Return the coefficients of a body's modes, (ITEMS, size), see `kernels.passes`.
+    """Return the coefficients of a rotor's modes, (ITEMS, size), see `kernels.passes`.
 
     Where the cyclic kernel multiplies the spectrum of the multipliers by displacements
     of a tip in a mode, the general one has the modal forces themselves: those of normal
     forces, then those of friction over mu. So the coefficients RADIAL and SI are 1.
 
-    mu, size : friction with the sign of the speed; number of modes, padded
+    step, mu : dt, s; friction with the sign of the speed
+    size : number of modes, padded
     """
     modes = len(body.omega)
     keep, pull, give = recursion(body.omega, body.ratios, step)
@@ -49,7 +54,7 @@ def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
 
 
 def general_rotor(model: Model, scene: Scene) -> GeneralRotor:
-    """Return the kernel's arrays of a rotor as real modes."""
+    """Return the coefficients of a rotor as real modes, for the kernel `general`."""
     body, blades = model.rotor, model.blades
     size = -(-len(body.omega) // EIGHT) * EIGHT
 
@@ -67,10 +72,10 @@ def general_rotor(model: Model, scene: Scene) -> GeneralRotor:
 
 
 def delassus(model: Model, scene: Scene) -> Floats:
-    """Return the Delassus matrix W, (N, N), m/N.
+    """Return the Delassus matrix W of rotor and ring, (N, N), m/N.
 
-    Column j: changes of all gaps in a step by a unit multiplier on blade j and its
-    friction.
+    Column j has the changes of all gaps in a step by a unit multiplier on blade j and
+    its friction.
     """
     w = rotor_compliance(model, scene)
     blades = np.arange(model.blades)
@@ -80,7 +85,10 @@ def delassus(model: Model, scene: Scene) -> Floats:
 def unequal_arrays(
     model: Model, scene: Scene, rotor: GeneralRotor | WholeRotor | UncoupledRotor
 ) -> Arrays:
-    """Return the arrays of the kernel `general` for a rotor of unequal sectors."""
+    """Return all constant arrays of the kernel `general`: a rotor of unequal sectors.
+
+    rotor : coefficients of the rotor, as real modes or as waves
+    """
     w, lost = delassus(model, scene), scene.engine.rotor.lost_blade
     if lost != NO_BLADE:
         w[lost] -= rotor_compliance(model, scene)[lost]
