@@ -136,38 +136,43 @@ class Differences(_Diameter):
     give: Complexes
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta (waves,), what a unit Lambda adds to the amplitudes after a step.
+        """Return beta (waves,), the effect of a unit spectrum of multipliers on waves.
 
-        Lambda, the spectrum of the multipliers, changes the amplitudes of the modes and
-        their increments equally; mu : friction with the sign of Omega
+        It is added to their amplitudes after a step without contact. The spectrum,
+        Lambda, changes the amplitudes of the modes and their increments equally.
+
+        mu : friction coefficient with the sign of Omega
         """
         more = self.passed(mu)
         return np.asarray(self.inverse @ np.concatenate([more, more]))
 
     def passing(self) -> Complexes:
-        """Return the matrix (m, w) from w waves after a free step to dt (v- + v+).
+        """Return the matrix (m, w) from amplitudes of waves to dt (v- + v+) of modes.
 
-        v- and v+ are the velocities of the m modes before and after the impulse at the
-        step's start; of central differences dt (v- + v+) is x_{n+1} - x_{n-1}.
+        The amplitudes are those after a free step; v- and v+ are the velocities of the
+        modes before and after the contact impulse at the step's start. By central
+        differences dt (v- + v+) is x_{n+1} - x_{n-1}.
         """
         return np.asarray(self.rises * (1 + self.before))
 
     def passed(self, mu: float) -> Complexes:
-        """Return what a unit Lambda adds to the amplitudes x_{n+1} of the modes, (m,).
+        """Return the change of the modes, (m,), by a unit spectrum of multipliers.
 
-        It adds the same to dt (v- + v+), v- and v+ the velocities before and after it.
-        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
+        Lambda, the spectrum, adds it to the amplitudes x_{n+1} of the modes, and also
+        to dt (v- + v+), v- and v+ the velocities before and after the contact impulse.
+
+        mu : friction coefficient with the sign of Omega
         """
         return np.asarray(self.give @ self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return (row (waves,), number) for the energy and loss that Lambda adds, J.
+        """Return factors (row, number) of the energy and loss, J, that contact adds.
 
-        In a step Lambda adds Re(conj(Lambda) row a) + number |Lambda|^2 to the energy
-        of the waves and to their damping loss together, with the amplitudes a after the
-        step without Lambda.
+        In a step Lambda, the spectrum of the multipliers, adds Re(conj(Lambda) row a) +
+        number |Lambda|^2 to the energy of the waves and to their damping loss together,
+        with row (waves,) and the amplitudes a after the step without Lambda.
 
-        mu : friction with the sign of Omega
+        mu : friction coefficient with the sign of Omega
         """
         beta, more = self.pushed(mu), self.passed(mu).conj()
         row = 2 * beta.conj() @ self.energy
@@ -187,44 +192,50 @@ class Flow(_Diameter):
     """
 
     def _struck(self, mu: float) -> Complexes:
-        """Return the change of amplitudes, (waves,), by a unit impulse Lambda.
+        """Return the change of the waves' amplitudes, (waves,), at a contact impulse.
 
-        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
+        The impulse is that of a unit spectrum of the multipliers, at the start of a
+        step.
+
+        mu : friction coefficient with the sign of Omega
         """
         impulse = self.step * self.force(mu)
         return np.asarray(self.inverse @ np.concatenate([0 * impulse, impulse]))
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta (waves,), what a unit Lambda adds to amplitudes after a step.
+        """Return beta (waves,), the effect of a unit spectrum of multipliers on waves.
 
-        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
+        It is added to their amplitudes after a step without contact.
+
+        mu : friction coefficient with the sign of Omega
         """
         return np.asarray((1 + self.ahead) * self._struck(mu))
 
     def passing(self) -> Complexes:
-        """Return the matrix (m, w) from w waves after a free step to dt (v- + v+).
+        """Return the matrix (m, w) from amplitudes of waves to dt (v- + v+) of modes.
 
-        v- and v+ are the velocities of the m modes before and after the impulse at the
-        step's start. Without an impulse v+ = v-, so that this is 2 dt v-.
+        The amplitudes are those after a free step; v- and v+ are the velocities of the
+        modes before and after the contact impulse at the step's start. Without an
+        impulse v+ = v-, so that this is 2 dt v-.
         """
         return np.asarray(2 * self.step * self.rises * self.before)
 
     def passed(self, mu: float) -> Complexes:
-        """Return what a unit Lambda adds to dt (v- + v+), (m,): dt (v+ - v-).
+        """Return dt (v+ - v-), (m,), of the modes by a unit spectrum of multipliers.
 
-        Lambda is the spectrum of the multipliers, v- and v+ are the velocities of the
-        modes before and after its impulse; mu : friction with the sign of Omega
+        v- and v+ are the velocities of the modes before and after its impulse.
+
+        mu : friction coefficient with the sign of Omega
         """
         return np.asarray(self.step**2 * self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return (row (waves,), number) for the energy and loss that Lambda adds, J.
+        """Return factors (row, number) of the energy and loss, J, that contact adds.
 
         They are used as those of `Differences.work`. Here contact changes only the
-        energy at the step's start, by the impulse of Lambda, the spectrum of the
-        multipliers.
+        energy at the step's start, by its impulse.
 
-        mu : friction with the sign of Omega
+        mu : friction coefficient with the sign of Omega
         """
         struck = self._struck(mu)
         row = 2 * (struck.conj() @ self.energy) * self.before
