@@ -322,7 +322,7 @@ def store_both(a, size, m, value):
 
 @part
 def copy_to(out, values):
-    """Copy the first len(out) entries of `values` to `out`."""
+    """Copy the first len(out) entries of the array `values` to `out`."""
     for i in range(len(out)):
         out[i] = values[i]
 
@@ -477,7 +477,7 @@ def unfold_four(parts, gaps, row, wide, j, least):
 
 @inlined
 def lowest_of(least, gap):
-    """Return the lowest of five numbers: the four of `least`, and `gap`."""
+    """Return the lowest gap, m, of the vector `least` and the number `gap`."""
     lowest = gap
     for i in range(FOUR):
         lowest = min(lowest, element(least, i))

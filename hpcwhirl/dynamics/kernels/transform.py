@@ -70,13 +70,14 @@ def span_of(blades: int) -> int:
 
 @inlined
 def add_term(spectrum, wave, k, wide, c, v, sums):
-    """Add one slot's contribution at blades v .. v + 3 to four sums (first stage).
+    """Add one nodal diameter's part of the gaps at blades v .. v + 3 to four sums.
 
-    The sums are of re cos, im sin, re sin and im cos: re, im are the spectrum's entry
-    at slot c, cos and sin those of 2 pi c v / N.
+    This is the first stage of the transform. The sums are of re cos, im sin, re sin and
+    im cos: re, im are the spectrum's entry at nodal diameter c, cos and sin those of 2
+    pi c v / N.
 
-    spectrum, wave : (2 k,), re, then im of the k slots; table of cos and sin, see
-        `passes.to_gaps`
+    spectrum, wave : (2 k,), m, re, then im of the k nodal diameters; table of cos and
+        sin, see `passes.to_gaps`
     sums : four sums, each for the four blades
     """
     re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
@@ -114,7 +115,7 @@ def both_terms(spectrum, wave, k, wide, r, a, v):
 
 @inlined
 def three_blades(wave, k, wide, half, b, s, gap, work):
-    """Compute the second stage at s, s + 1, s + 2: return (even, odd) for each.
+    """Return the results (even, odd) of the second stage for s, s + 1 and s + 2.
 
     With terms r and blades b s + v as this module explains, `even`, to which `gap` is
     added, sums cos(2 pi r s / a) times the even part of term r, `odd` sums the sine
@@ -160,7 +161,7 @@ def put_four(value, gaps, row, wide, blades, j, count):
 
 @inlined
 def repeat(gaps, row, wide, blades):
-    """Complete an array of gaps in folded order, where it has one blade several times.
+    """Fill the places of an array of gaps that repeat a blade, in folded order.
 
     Padding and the second entry of blades 0 and N / 2 are set to copies of their gaps.
 
@@ -177,7 +178,7 @@ def repeat(gaps, row, wide, blades):
 
 @inlined
 def put_both(parts, gaps, row, wide, blades, b, s, v, least):
-    """Store the gaps of blades b s + v .. and b (a - s) + v .. in folded order.
+    """Store the gaps of blades from b s + v and from b (a - s) + v on, in folded order.
 
     N = a b is the number of blades. Return the elementwise minimum of these gaps and
     the four numbers `least`, m.

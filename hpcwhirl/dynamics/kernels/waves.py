@@ -91,11 +91,13 @@ BOUND_ITEMS = 4
 
 @inlined
 def times(c, at, which, re, im, total):
-    """Return total + c times four complex numbers re + i im, as a pair (re, im).
+    """Return total + c (re + i im) for four waves, as a pair (re, im).
 
-    c, at, which : packed coefficients of all waves, the index at which those of the
-        four waves begin, and the number of the coefficient, such as `PUSH_RE`, whose
-        imaginary part is number `which` + 1
+    c, at : packed coefficients of all waves, and the index at which those of the four
+        waves begin
+    which : number of the coefficient that is c, such as `PUSH_RE`; its imaginary part
+        is number `which` + 1
+    re, im, total : amplitudes or other complex numbers; pair (re, im) of sums
     """
     a, b = load(c, at + which * FOUR), load(c, at + (which + 1) * FOUR)
     real = fnma(b, im, fma(a, re, total[0]))
@@ -108,8 +110,8 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
 
     Arguments not listed are those of `pass_waves`.
 
-    fixed : coefficients of each nodal diameter, of which `FIXED` are those of a unit
-        spectrum of the multipliers
+    fixed : flat, effects of a unit spectrum of the multipliers at each of k nodal
+        diameters, such as `OPENS_RE`
     touched, exact : whether the last step had contact; whether the exact flow is used
     seen : first indices in s of the spectra of the gaps of the last step, of two steps
         before it, and of the predicted step; the last two coincide
