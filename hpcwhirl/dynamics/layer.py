@@ -74,7 +74,7 @@ def rods_of(scene: Scene) -> int:
 
 
 def layer_of(scene: Scene) -> Layer:
-    """Return the rods of a scene's contact law; without a layer all values are 0."""
+    """Return the coefficients of a scene's layer; without a layer all are 0."""
     if not wears(scene):
         return Layer(0.0, 0.0, 0.0, 0.0, 0.0, 0)
     return LAWS[scene.engine.casing.contact_law](scene)

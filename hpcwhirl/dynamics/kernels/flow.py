@@ -148,7 +148,7 @@ def end_ring_exact(_way, c, at, y, d, s, size, old, push, touched, loss, works,
 
     In the time of `works`, from step n - 1 to n + 1, a blade moves past the ring's
     deformed shape of step n - 1. The change of the radius on that way is, at second
-    order, twice what `passing` gives at the blade's place at step n.
+    order, 2 dt times `passing` at the blade's place at step n.
     """
     if touched:
         cr, ci = push_ring(c, at, push)
