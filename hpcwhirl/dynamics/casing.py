@@ -1,9 +1,9 @@
-"""The casing in kernels: its `Wall`, and its trace.
+"""What kernels need of the casing besides its elastic motion, and its stored trace.
 
-The wall is gap and shape of a casing without elastic motion. The trace has, for each
-sample, the harmonics of the radial displacement in the static frame. Kernels store the
-casing's coordinates unchanged; they are converted to harmonics once per case, when its
-history is read.
+The wall (`kernels.kernel_types.Wall`) is the clearance and the shape of a casing
+without elastic motion. The trace has, for each sample, the harmonics of the radial
+displacement in the static frame. Kernels store the casing's coordinates unchanged; they
+are converted to harmonics once per case, when its history is read.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from hpcwhirl.structure import FourierOperator, RingOperator
 
 
 def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
-    """Return the gap, and the harmonics of a casing's departure from the circle.
+    """Return the clearance, and the harmonics of a casing's departure from the circle.
 
     The k lobes of a rigid casing, -A0 e^{sigma t} cos k theta with amplitude A0, come
     first.
 
-    model, scene : of all sectors, or of one of g sectors, for which harmonics are
-        divided by g
+    model, scene : of all sectors, or of one of g sectors, for which the orders of
+        harmonics are divided by g
     released : whether the casing has been let go, so that its profile is a displacement
     """
     casing = scene.engine.casing
@@ -57,9 +57,10 @@ def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
 
 
 def ready_at(scene: Scene) -> int:
-    """Return a step at which the casing's shape has been faded in for two steps.
+    """Return the first step from which the exact flow may jump: the shape has faded in.
 
-    It is the largest int64 (never) if a rigid casing has lobes.
+    The casing's shape has then been constant for two steps. It is the largest int64
+    (never) if a rigid casing has lobes.
     """
     if not can_fly(scene):
         return int(np.iinfo(np.int64).max)
@@ -93,10 +94,10 @@ def waves_of_ring(model: Model, values: Floats, *, of_modes: bool) -> Floats:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _rows(body: ModalModel, ring: RingOperator | FourierOperator) -> Floats:
-    """Return the harmonics of the casing's radial displacement in each mode.
+    """Return the harmonics of the casing's radial displacement in each of its m modes.
 
-    They are (H + 1, 2, m), for unit amplitude of each of the m modes: cosine and sine
-    part of harmonics 0 .. H.
+    They are (H + 1, 2, m), for unit amplitude of each mode: cosine and sine part of
+    harmonics 0 .. H.
 
     body, ring : modes of the casing; its contact operator
     """

@@ -1,9 +1,9 @@
-"""Free motion of a rotor: a step multiplies the amplitude a of a wave by its factor z.
+"""Free motion of a rotor as waves: a step multiplies the amplitude a of each by z.
 
 So |a| is multiplied by |z|. The circular orbit of an unbalanced rotor is a wave that is
 at rest in the rotating frame, z = 1, and is not excited by contact. Jacobi's energy is
 a quadratic form of the amplitudes, for equal sectors of each nodal diameter separately.
-The loss is its decrease, so that no loss is pending.
+The damping loss is the decrease of this energy, so that it needs no separate account.
 """
 
 from __future__ import annotations
@@ -26,12 +26,14 @@ from hpcwhirl.dynamics.whole_waves import unpacked_form
 
 @dataclass(frozen=True)
 class WavesMotion:
-    """Free motion of waves: a step multiplies the amplitude a of each by its factor z.
+    """Free motion of a rotor's waves from a given state, at any number n of steps.
+
+    A step multiplies the complex amplitude a of each wave by its factor z.
 
     Attributes
     ----------
     most : (waves,), bounds of |a| at all later steps
-    amplitudes : (waves,), a at the start
+    amplitudes : (waves,), a_0 at the start, n = 0
     body : the waves, by nodal diameter or of a rotor of unequal sectors
     """
 
@@ -40,31 +42,35 @@ class WavesMotion:
     body: FreeWaves | FreeWhole
 
     def places(self, z: Complexes) -> Complexes:
-        """Return the amplitudes a = z^n a_0 at some samples, (samples, waves).
+        """Return the complex amplitudes a = z^n a_0 of the waves at some samples.
 
-        z : (samples, waves), z^n after the n steps of each sample
+        z : (samples, waves), z^n after the n steps of each sample; so is the result
         """
         return self.amplitudes * z
 
     def swing(self, rows: Complexes) -> Complexes:
-        """Return factors f, (waves, r), of r displacements Re(f^T z^n) after n steps.
+        """Return factors f, (waves, r), by which r displacements are Re(f^T z^n), m.
 
-        rows : (r, waves), which give the r displacements Re(conj(rows) a)
+        z^n are the factors of the waves after n steps.
+
+        rows : (r, waves), which give the r displacements Re(conj(rows) a) from
+            amplitudes a
         """
         return (rows.conj() * self.amplitudes).T
 
     def energies(self, z: Complexes) -> Floats:
-        """Return the energy of all waves at some samples, (samples,), J.
+        """Return the rotor's energy at some samples, (samples,), J.
 
         z : (samples, waves), z^n after the n steps of each sample
         """
         return self.body.energies(self.places(z))
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
-        """Set a kernel's state to the one that it would have after `steps` free steps.
+        """Set a kernel's state to the rotor's motion after `steps` free steps.
 
-        No loss is pending, so that the rates and squares returned, see
-        `free_modes.ModesMotion.leave`, are empty.
+        The rates and squares returned, from which a loss would follow (see
+        `free_modes.ModesMotion.leave`), are empty: for waves it follows from the
+        energy.
 
         Parameters
         ----------
@@ -78,17 +84,16 @@ class WavesMotion:
 
 
 class FreeWaves:
-    """Waves of a rotor in the state of the kernel `waves`, by rows and slots.
+    """Waves of a rotor of equal sectors, as they are stored by the kernel `waves`.
 
-    Slots are nodal diameters, row f has the f-th wave of each. A step without forces
-    multiplies an amplitude a by z. The state includes the spectra of the gaps of the
-    last `waves.SEEN` steps.
+    Row f of its state has the f-th wave of each slot (nodal diameter). The state also
+    has the spectra of the gaps of the last `waves.SEEN` steps.
 
     Attributes
     ----------
     own : (waves,), indices of the waves in arrays (rows, slots), flat; the rest is
         padding
-    log, radius : (waves,), log z and |z|
+    log, radius : (waves,), log z and |z|, z the factor of an amplitude in a step
     decays : whether all motion that contact can cause decays to zero
     radial : (waves,), change of gap by a unit amplitude
     form : (slots, rows, rows), J, upper triangles: the energy of a nodal diameter is
@@ -115,7 +120,10 @@ class FreeWaves:
         self.form[:, upper[0], upper[1]] = (parts[:, 0] + 1j * parts[:, 1]).T
 
     def energies(self, a: Complexes) -> Floats:
-        """Return the rotor's energy, (samples,), J, for amplitudes (samples, waves)."""
+        """Return the rotor's energy at some samples, (samples,), J.
+
+        a : (samples, waves), complex amplitudes
+        """
         slots, rows, _ = self.form.shape
         every = np.zeros((len(a), rows * slots), dtype=np.complex128)
         every[:, self.own] = a
@@ -124,9 +132,10 @@ class FreeWaves:
         return np.asarray((apart.conj() * pair).real.sum(axis=(0, 2)))
 
     def write(self, past: Complexes, state: Floats, step: int) -> None:
-        """Write the amplitudes of waves, and spectra of gaps that follow, to a state.
+        """Write amplitudes of waves, and spectra of their gaps, to a kernel's state.
 
-        past : (seen, waves), amplitudes at `step` and at the steps before it
+        past : (seen, waves), complex amplitudes at `step` and at the steps before it
+        state : state of the rotor in the kernel `waves`, set here
         """
         rows = state.reshape(-1, 2, self.slots)
         rows[:] = 0.0
@@ -142,14 +151,17 @@ class FreeWaves:
             rows[(step - back) % waves.SEEN - waves.SEEN] = seen.real, seen.imag
 
     def motion(self, state: Floats, _: int) -> WavesMotion:
-        """Return the free motion from a state with all contact forces applied."""
+        """Return the free motion that starts from a kernel's state.
+
+        state : state of the rotor, after the last step's contact forces
+        """
         parts = state[: 2 * self.size].reshape(-1, 2, self.slots)
         a = (parts[:, 0] + 1j * parts[:, 1]).ravel()[self.own]
         return WavesMotion(np.abs(a), a, self)
 
 
 class FreeWhole:
-    """Waves of a rotor of unequal sectors in the state of the kernel `whole`.
+    """Waves of a rotor of unequal sectors, as they are stored by the kernel `whole`.
 
     Attributes
     ----------
@@ -176,7 +188,10 @@ class FreeWhole:
         self.form = unpacked_form(rotor.form, 2 * self.half)[np.ix_(places, places)]
 
     def energies(self, a: Complexes) -> Floats:
-        """Return the rotor's energy, (samples,), J, for amplitudes (samples, waves)."""
+        """Return the rotor's energy at some samples, (samples,), J.
+
+        a : (samples, waves), complex amplitudes
+        """
         if len(self.form) == 3:
             squares = a.real**2, 2 * a.real * a.imag, a.imag**2
             return np.asarray(
@@ -186,23 +201,29 @@ class FreeWhole:
         return np.asarray(((q @ self.form) * q).sum(axis=1))
 
     def write(self, past: Complexes, state: Floats, _: int) -> None:
-        """Write the amplitudes of waves to a state.
+        """Write the amplitudes of waves to a kernel's state.
 
-        past : (1, waves), amplitudes at the present step
+        past : (1, waves), complex amplitudes at the present step
+        state : state of the rotor in the kernel `whole`, set here
         """
         state[self.own] = flushed(past[0].real)
         state[self.half + self.own] = flushed(past[0].imag)
 
     def motion(self, state: Floats, _: int) -> WavesMotion:
-        """Return the free motion that starts from a kernel's state."""
+        """Return the free motion that starts from a kernel's state.
+
+        state : state of the rotor, after the last step's contact forces
+        """
         a = state[self.own] + 1j * state[self.half + self.own]
         return WavesMotion(np.abs(a), a, self)
 
 
 def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
-    """Return displacements of tips for unit amplitudes as complex rows, (r, waves).
+    """Return displacements of tips for unit complex amplitudes, (r, waves).
 
-    rows : the same coefficients as the kernel stores them, flat, such as
+    The displacements are Re(conj(row) a), a the amplitudes.
+
+    rows : the same coefficients as the kernel stores them, flat and real, such as
         `WholeRotor.read`
     """
     if isinstance(rotor, UncoupledRotor):  # of real parts alone
@@ -211,7 +232,7 @@ def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
 
 
 def complex_rows(parts: Floats, half: int) -> Complexes:
-    """Return complex rows (r, half) from real ones.
+    """Return complex coefficients of waves, (r, half), from a kernel's real ones.
 
     parts : flat, r rows, of which each has `half` real parts, then `half` imaginary
         parts
@@ -221,7 +242,9 @@ def complex_rows(parts: Floats, half: int) -> Complexes:
 
 
 class Shapes(NamedTuple):
-    """Displacements of tips and centre of a rotor for complex amplitudes q.
+    """Displacements of a rotor's tips and centre, m, for complex amplitudes q.
+
+    The amplitudes are those of modes by nodal diameter, or of waves.
 
     Attributes
     ----------
@@ -240,7 +263,7 @@ class Shapes(NamedTuple):
 def free_rotor(
     arrays: Arrays, blades: int, step: float
 ) -> tuple[FreeModes | FreeWaves | FreeWhole, Shapes]:
-    """Return the free motion of a rotor and the shapes of its tips and centre.
+    """Return a rotor's law of free motion, and its tips' and centre's displacements.
 
     Parameters
     ----------

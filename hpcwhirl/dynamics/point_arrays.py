@@ -1,4 +1,7 @@
-"""Arrays of `kernels.points`, from the waves of both bodies, see `point_waves`."""
+"""Constant arrays of the kernel `points`, from the waves of both bodies.
+
+Tips have several contact points each; rotor and casing are waves, see `point_waves`.
+"""
 
 from __future__ import annotations
 
@@ -37,9 +40,10 @@ from hpcwhirl.structure import FourierOperator
 
 
 def _rows_of_casing(model: Model, angle: float) -> tuple[Floats, Floats]:
-    """Return radial and tangential displacements w, u of the casing at all points.
+    """Return the casing's radial and tangential displacements w, u at contact points.
 
-    They are (points, m) each, for unit modal amplitudes.
+    They are (points, m) each, for unit amplitudes of its m modes; of a rigid casing
+    (points, 0).
 
     angle : rad, of blade 0
     """
@@ -52,7 +56,10 @@ def _rows_of_casing(model: Model, angle: float) -> tuple[Floats, Floats]:
 
 
 def _pulse_rows(model: Model, scene: Scene) -> Floats:
-    """Return modal forces (2, m) of unit loads on cos and sin of the pulse's lobes."""
+    """Return modal forces (2, m) of unit loads on the casing, as the pulse's lobes.
+
+    The two loads, cos k theta and sin k theta, give one at any angle of the rotor.
+    """
     if model.casing is None:
         return np.zeros((2, 0))
     rows = np.zeros((2, len(model.casing.omega)))
@@ -66,10 +73,10 @@ def _pulse_rows(model: Model, scene: Scene) -> Floats:
 
 @dataclass(frozen=True)
 class _Reads:
-    """Motion of contact points by the modes of both bodies, and forces on these modes.
+    """Factors between amplitudes of waves, motion of contact points, and forces.
 
-    There are P points, m modes of a body and w waves; d' + d is the motion of the
-    material over two steps, see `kernels.points`.
+    There are P contact points, m modes of a body and w waves; d' + d is the motion of
+    the bodies' material from step n - 1 to n + 1, see `kernels.points`.
 
     Attributes
     ----------
@@ -93,25 +100,30 @@ class _Reads:
     friction: float
 
     def read(self, rotor: Floats, casing: Floats) -> Complexes:
-        """Return r displacements for unit waves, (r, waves), from those for unit modes.
+        """Return r displacements for unit amplitudes of the waves, (r, waves).
 
-        rotor, casing : (r, m) each
+        rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack([rotor @ b.shapes, casing @ c.shapes])
 
     def moved(self, rotor: Floats, casing: Floats) -> Complexes:
-        """Return r motions over two steps for unit waves without forces, (r, waves).
+        """Return changes of r displacements over two free steps, (r, waves).
 
-        rotor, casing : as in `read`
+        The change is that of the bodies' material from step n - 1 to n + 1, for unit
+        amplitudes at step n + 1.
+
+        rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack([rotor @ b.moves, casing @ c.moves])
 
     def change(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return the change of r displacements by unit forces, (r, points + 2).
+        """Return the change of r displacements in a step by unit forces, (r, P + 2).
 
-        rotor, casing : (r, m) each, the displacements for unit modes
+        The forces are the multipliers with their friction, and the pulse's cos and sin.
+
+        rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """
         b, c = self.waves.rotor, self.waves.casing
         return np.asarray(
@@ -119,42 +131,52 @@ class _Reads:
         )
 
     def numbers(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return changes of r displacements by unit forces, (r, padded).
+        """Return the change of r displacements in a step by unit forces, (r, padded).
 
-        Forces change a motion over two steps by the same amount as a displacement.
+        It is `change` with columns of 0 appended, as the kernel needs it. Forces change
+        a motion over two steps by the same amount as a displacement.
 
-        rotor, casing : (r, m) each, the displacements for unit modes
+        rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """
         points = len(self.out)
         extra = padded_blades(points + 2) - points - 2
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
 
     def long(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return motions over two steps for unit amplitudes and forces, (r, width).
+        """Return changes of r displacements over two steps, for unit waves and forces.
 
-        rotor, casing : (r, m) each, the motions for unit modes
+        They are those of the bodies' material, (r, width): for unit real and imaginary
+        parts of the amplitudes, then for unit forces, with padding.
+
+        rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """
         moved = self.waves.spread(self.moved(rotor, casing))
         return np.hstack([moved, self.numbers(rotor, casing)])
 
     def before(self) -> Complexes:
-        """Return the gaps two steps before for unit waves now, (points, waves)."""
+        """Return the gaps at step n - 1 for unit waves at step n + 1, (P, waves).
+
+        The motion between is free; the points are at the casing's angle of step n - 1.
+        """
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack(
             [self.out @ (b.shapes - b.moves), self.past @ (c.shapes - c.moves)]
         )
 
     def push(self) -> Complexes:
-        """Return the change of the amplitudes by unit forces, (points + 2, waves)."""
+        """Return the change of the waves' amplitudes by unit forces, (P + 2, waves).
+
+        The forces are the multipliers with their friction, and the pulse's cos and sin.
+        """
         bodies = self.waves.rotor, self.waves.casing
         given = (b.gives @ f for b, f in zip(bodies, self.forces, strict=True))
         return np.hstack([one.T for one in given])
 
     def ahead(self) -> tuple[Floats, Floats, Floats]:
-        """Return z - 1, re then im, and two bounds of any gap's motion in a step.
+        """Return the step's factors z - 1 of all waves, and two bounds of gaps' motion.
 
-        z is the factor of a wave in a step. The bounds are per unit amplitude, (half,),
-        and per unit multiplier, (points,).
+        z - 1 is re, then im, (2 half,). The bounds hold for the motion of any gap in a
+        step: per unit amplitude, (half,), and per unit multiplier, (P,).
         """
         waves = self.waves
         turned = np.append(waves.rotor.ahead, waves.casing.ahead)
@@ -165,7 +187,7 @@ class _Reads:
         return np.append(ahead.real, ahead.imag), drift, rush
 
     def rows(self) -> PointRows:
-        """Return coefficients for the kernel `points`, a row for each contact point."""
+        """Return the kernel's coefficients for unequal sectors, a row a point."""
         points = len(self.out)
         rows = (
             self.waves.spread(self.read(self.out, self.w)),
@@ -176,11 +198,11 @@ class _Reads:
         return PointRows._make(all_aligned([np.ravel(array) for array in rows]))
 
     def by_slots(self, blades: int) -> tuple[_Reads, SectorRows] | None:
-        """Return a copy with waves by nodal diameter, and coefficients for the kernel.
+        """Return a copy with waves by nodal diameter, and the kernel's coefficients.
 
-        None if the sectors are unequal, or fewer than `FEWEST`.
-
-        Waves of nodal diameter below 0 are replaced by their conjugates.
+        They are those for equal sectors. The result is None if the sectors are unequal,
+        or fewer than `FEWEST`. Waves of nodal diameter below 0 are replaced by their
+        conjugates.
         """
         if blades < FEWEST:
             return None
@@ -221,9 +243,10 @@ class _Reads:
         return replace(turned, waves=placed), rows
 
     def _told(self) -> Complexes:
-        """Return gaps, and casing motion past the tips, of all points for unit waves.
+        """Return gaps and tangential motion of all contact points for unit waves.
 
-        They are (2 points, waves), two rows for each point.
+        The motion is that of the casing relative to the tip along the rotation. They
+        are (2 P, waves), two rows for each point.
         """
         both = [
             self.read(rotor, casing)
@@ -234,7 +257,8 @@ class _Reads:
     def _moves(self) -> Complexes | None:
         """Return each wave's ratio of motion over two steps to displacement, (waves,).
 
-        None if these are not proportional for some wave.
+        None if a wave's motions d' + d are not proportional to its displacements at
+        step n + 1.
         """
         out = []
         for body in (self.waves.rotor, self.waves.casing):
@@ -249,9 +273,13 @@ class _Reads:
 
 
 def _is_turned(rows: Complexes, diameter: Integers, blades: int) -> bool:
-    """Return whether each blade's rows are those of blade 0 times e^{i n theta_j}.
+    """Return whether waves move the points of each blade like those of blade 0.
 
-    diameter : (waves,), n of each wave; theta_j = 2 pi j / N is the angle of blade j
+    The motion of blade j is that of blade 0 times e^{i n theta_j}, theta_j = 2 pi j / N
+    its angle, as for equal sectors.
+
+    rows : (blades c, waves), motion of the points, blade by blade, for unit amplitudes
+    diameter : (waves,), nodal diameter n of each wave
     """
     each = rows.reshape(blades, -1, rows.shape[1])
     angle = 2 * np.pi * (np.outer(np.arange(blades), diameter) % blades) / blades
@@ -262,7 +290,11 @@ def _is_turned(rows: Complexes, diameter: Integers, blades: int) -> bool:
 def point_arrays(
     model: Model, scene: Scene, waves: PointWaves
 ) -> tuple[Arrays, PointWaves]:
-    """Return the arrays of `kernels.points.march_points`, and the waves they use."""
+    """Return the arrays of `kernels.points.march_points`, and the waves they use.
+
+    waves : waves of both bodies; for equal sectors the result has them by nodal
+        diameter
+    """
     mu, hub = friction_with_sign(scene), centre_rows(model.rotor, model.blades)
     out, side = (-rows for rows in waves.rows)
     w, u = _rows_of_casing(model, 0.0)
@@ -304,10 +336,11 @@ def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
 
 
 def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
-    """Return the energy as a sum of products of two amplitudes: pairs, coefficients.
+    """Return the energy of both bodies as a sum of products of two amplitudes.
 
-    The third result is the number of the rotor's products. Entries that are 0 are left
-    out; those of the rotor come first.
+    The results are the indices of the pairs of amplitudes, (p, 2), their coefficients,
+    (p,), J, and the number of those of the rotor, which come first. Products with
+    coefficient 0 are left out.
 
     waves : waves of both bodies
     """
@@ -322,9 +355,11 @@ def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
 
 
 def _casing_entries(waves: PointWaves) -> tuple[Integers, Floats]:
-    """Return the two amplitudes that give each of the casing's c modes.
+    """Return the two amplitudes of waves that give each of the casing's c modes.
 
-    They are indices and factors, (c, 2) each; waves : waves of both bodies
+    They are indices and factors, (c, 2) each.
+
+    waves : waves of both bodies
     """
     rows, place = real_rows(waves.casing.shapes), waves.places()[1]
     index, shares = np.zeros((len(rows), 2), np.int64), np.zeros((len(rows), 2))

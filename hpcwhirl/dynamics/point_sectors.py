@@ -43,10 +43,12 @@ ALIKE = 1e-13  # relative difference of rows of two waves that counts as none
 
 
 def travelling(model: Model, lost: float = 0.0) -> dict[int, Any]:
-    """Return {nodal diameter n: (m, c), c waves as combinations of the modes at rest}.
+    """Return the waves that travel around a rotor of equal sectors, by nodal diameter.
 
-    Those of n = 0 and N / 2 are real. The others are complex, and their conjugates are
-    the waves that travel the other way. Empty if sectors differ.
+    The result is {n: (m, c), c waves of nodal diameter n as combinations of the m modes
+    at rest}. Those of n = 0 and N / 2 are real. The others are complex, and their
+    conjugates are the waves that travel the other way. The result is empty if sectors
+    differ.
 
     lost : difference up to which two omega^2 are equal, relative to the highest
     """
@@ -75,7 +77,7 @@ def travelling(model: Model, lost: float = 0.0) -> dict[int, Any]:
 def _turned(
     tips: Floats, blades: int, squared: Floats, lost: float
 ) -> list[tuple[int, Any]]:
-    """Return [(n, columns (g, c))], the waves among g modes of close frequencies.
+    """Return [(n, columns (g, c))], travelling waves of g modes of close frequencies.
 
     The c columns are waves of nodal diameter n, as combinations of the modes. The list
     is empty if a rotation by a sector does not map the modes to one another.
@@ -111,23 +113,26 @@ def _turned(
 
 @dataclass(frozen=True)
 class Sectors:
-    """Waves of a rotor whose sectors are made equal; X_j and T as in this module.
-
-    For equal sectors the rotation by a sector, T = B diag(e^{2 pi i n / N}) B^H with B
-    all blocks and their conjugates, commutes with each matrix, and X_j T = X_{j+1}. The
-    means over all rotations have both properties.
+    """Means over all sectors of a rotor's matrices and motions, to make sectors equal.
 
     Attributes
     ----------
     blocks : {n: orthonormal combinations of modes}, see `travelling`
     blades : N
+
+    For equal sectors the rotation by a sector, T = B diag(e^{2 pi i n / N}) B^H with B
+    all blocks and their conjugates, commutes with each matrix, and X_j T = X_{j+1}, X_j
+    the motion of blade j. The means over all rotations have both properties.
     """
 
     blocks: dict[int, Any]
     blades: int
 
     def matrix(self, matrix: Floats) -> Floats:
-        """Return the mean of a matrix (m, m) over all rotations by whole sectors."""
+        """Return the mean of a rotor's matrix over all rotations by whole sectors.
+
+        matrix : (m, m), in the modes at rest; so is the result
+        """
         out = np.zeros_like(matrix)
         for block in self.blocks.values():
             twice = 1.0 + np.iscomplexobj(block)
@@ -155,7 +160,9 @@ class Sectors:
     def even(
         self, given: Sequence[Floats], mean: Callable[[Floats], Floats]
     ) -> list[Floats] | None:
-        """Return means of arrays; None if one differs from its mean by over `EQUAL`.
+        """Return arrays' means over all sectors; None if one differs by over `EQUAL`.
+
+        The difference between an array and its mean is relative to its largest entry.
 
         given, mean : the arrays; `matrix` or `rows`, which returns the mean of one
         """
@@ -192,14 +199,14 @@ def _orthonormal(blocks: Sequence[Any]) -> list[Any]:
 
 
 def with_conjugates(blocks: Iterable[Any]) -> list[Any]:
-    """Return blocks of waves (m, c); a complex block is followed by its conjugate."""
+    """Return blocks of waves (m, c), each complex block followed by its conjugate."""
     return [c for b in blocks for c in ([b, b.conj()] if np.iscomplexobj(b) else [b])]
 
 
 def diameters_of(rows: Complexes, blades: int) -> Integers:
-    """Return the nodal diameter n of each wave, -N/2 < n <= N/2.
+    """Return the nodal diameter n of each wave, -N/2 < n <= N/2, from its motion.
 
-    rows : (points, waves), motion of the points in each wave
+    rows : (points, waves), motion of the contact points in each wave, blade by blade
     """
     tips = rows.reshape(blades, -1, rows.shape[1])
     product = (tips.conj() * np.roll(tips, -1, axis=0)).sum(axis=(0, 1))
@@ -209,7 +216,9 @@ def diameters_of(rows: Complexes, blades: int) -> Integers:
 
 @dataclass(frozen=True)
 class Slots:
-    """Slot (nodal diameter) and row of each wave, see `kernels.wave_types.SectorRows`.
+    """Place of each wave in the kernel `points`: slot (nodal diameter) and row.
+
+    Rows are numbered as in `kernels.wave_types.SectorRows`.
 
     Attributes
     ----------
@@ -228,12 +237,12 @@ class Slots:
 
     @property
     def k(self) -> int:
-        """Number of slots (nodal diameters 0 .. N // 2), padded."""
+        """Number of slots, one for each nodal diameter 0 .. N // 2, padded."""
         return widths(self.blades)[0]
 
     @property
     def index(self) -> Integers:
-        """Places (waves,) of the waves among the kernel's complex amplitudes."""
+        """Indices (waves,) of the waves among the kernel's complex amplitudes."""
         return np.asarray(self.row * self.k + self.diameter)
 
     @property
@@ -242,7 +251,7 @@ class Slots:
         return (self.single + 2 * self.pairs) * self.k
 
     def laid(self, values: Complexes, rows: int) -> Floats:
-        """Return values of waves in the kernel's order: by row and slot, flat.
+        """Return coefficients of waves in the kernel's order: by row and slot, flat.
 
         values : (r, waves), complex; the result has re and im of each, (r, rows, 2, k)
         rows : number of rows of waves; waves of further rows are left out
@@ -257,15 +266,15 @@ class Slots:
 
 @dataclass(frozen=True)
 class BladeRows:
-    """Motion of the n_c points of blade 0 by waves, and change of waves by forces.
+    """Motion of blade 0's n_c contact points by waves, and change of waves by forces.
 
     Attributes
     ----------
-    read, slide, before : (n_c, waves), for unit waves: gaps, motion of the casing
+    read, slide, before : (n_c, waves), for unit amplitudes: gaps, motion of the casing
         relative to the tip along the rotation, gaps two steps before
-    push : (n_c, waves), change of the waves by unit multipliers with friction
-    move : (waves,), ratio of a wave's motion over two steps, d' + d, to its
-        displacement
+    push : (n_c, waves), change of the amplitudes by unit multipliers with friction
+    move : (waves,), ratio of the material's motion from step n - 1 to n + 1 to its
+        displacement at step n + 1
     friction : mu, with the sign of the speed
     """
 
@@ -277,10 +286,10 @@ class BladeRows:
     friction: float
 
     def gives(self) -> Complexes:
-        """Return each wave's change by a multiplier over its motion there, (waves,).
+        """Return each wave's change by a unit modal force, (waves,).
 
-        The ratio is push / conj(read + mu slide), at the point where the denominator is
-        largest.
+        The modal force of a multiplier at a point is conj(read + mu slide) there. The
+        ratio of `push` to it is taken at the point where it is largest.
         """
         force = (self.read + self.friction * self.slide).conj()
         most = np.abs(force).argmax(axis=0), np.arange(force.shape[1])
@@ -288,17 +297,17 @@ class BladeRows:
         return np.where(there, self.push[most] / np.where(there, force[most], 1.0), 0.0)
 
     def by_rows(self) -> NDArray[np.bool_]:
-        """Return whether `gives`, a ratio for each wave, is the same at all points.
+        """Return whether each wave's ratio `gives` is the same at all points, (waves,).
 
-        If it is (True in the result, (waves,)), a multiplier's effect on the wave
-        follows from the wave's motion of the points.
+        If so, its change by forces follows from its modal force alone; else the kernel
+        needs its row `push`.
         """
         told = self.gives() * (self.read + self.friction * self.slide).conj()
         miss = np.abs(self.push - told).max(axis=0)
         return np.asarray(miss <= ALIKE * np.abs(self.push).max(axis=0))
 
     def twin(self, i: int, others: Integers) -> int:
-        """Return which of some waves forms a pair with wave i, or -1.
+        """Return the index of the wave that forms a pair with wave i, or -1.
 
         Both waves of a pair move the points with equal coefficients, and their factors
         `move` and `gives` are conjugates.
@@ -315,7 +324,7 @@ class BladeRows:
 
 
 def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
-    """Return the slot (nodal diameter) and the row of each wave, as `Slots`.
+    """Return the place of each wave in the kernel `points`: slot and row.
 
     diameter, blade : (waves,), nodal diameter of each wave; motion of blade 0's points
     """
@@ -351,11 +360,11 @@ def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
 def sector_rows(
     slots: Slots, blade: BladeRows, numbers: tuple[Floats, Floats]
 ) -> SectorRows:
-    """Return the coefficients of equal sectors for the kernel `points`.
+    """Return the coefficients of the kernel `points` for a rotor of equal sectors.
 
     slots, blade : place of each wave; motion of the points of blade 0 by the waves
-    numbers : (points, padded) each, motions over two steps by unit forces, of gaps and
-        along the casing
+    numbers : (points, padded) each, m/N, motions over two steps by unit forces: of
+        gaps, and along the casing
     """
     single, pairs, k, blades = slots.single, slots.pairs, slots.k, slots.blades
     alike, groups = single + pairs, -(-blades // FOUR)

@@ -32,7 +32,9 @@ Rows = tuple[Floats, Floats]
 
 
 def real_rows(rows: Complexes) -> Floats:
-    """Return real rows (r, 2 waves), which give Re(rows a) from re, then im of a.
+    """Return real factors (r, 2 waves) of re and im of amplitudes, from complex ones.
+
+    The product of the result and amplitudes a (all re, then all im) is Re(rows a).
 
     rows : (r, waves), factors of the complex amplitudes a (waves,)
     """
@@ -47,10 +49,11 @@ class BodyWaves:
     ----------
     step : dt, s
     ahead : (w,), z - 1: a step without forces multiplies an amplitude by z
-    shapes, rises, moves : (m, w), for unit amplitudes: displacements x_n of the modes,
-        their increments d' = x_n - x_{n-1}, and d' + d, d that of the step before
+    shapes, rises, moves : (m, w), for unit amplitudes of the waves: displacements x_n
+        of the modes, their increments d' = x_n - x_{n-1}, and d' + d, d the increment
+        in the step before
     gives : (w, m), change of the amplitudes by unit modal forces
-    give : (m, m), change of the displacements by unit modal forces
+    give : (m, m), change of the modes' displacements by unit modal forces
     form : (2 w, 2 w), J, energy as a quadratic form of re and im of the amplitudes
     """
 
@@ -72,7 +75,7 @@ class BodyWaves:
         return np.asarray(self.rises * (1 + z) / (2 * self.step))
 
     def conjugated(self, which: NDArray[np.bool_]) -> BodyWaves:
-        """Return the same waves, some of them with the conjugate amplitude.
+        """Return the same waves, described by the conjugate amplitudes of some of them.
 
         which : (waves,), whether to conjugate the amplitude of a wave
         """
@@ -94,17 +97,21 @@ class BodyWaves:
     def apart(self, diameter: Integers) -> BodyWaves:
         """Return the same waves, without energy from products of different diameters.
 
-        diameter : (waves,), nodal diameter of each wave; these products are round-off
+        These products of amplitudes are round-off.
+
+        diameter : (waves,), nodal diameter of each wave
         """
         twice = np.tile(diameter, 2)
         same = np.equal.outer(twice, twice)
         return replace(self, form=np.where(same, self.form, 0.0))
 
     def write(self, q: Floats, rate: Floats) -> Floats:
-        """Return re and im, (2 waves,), of the waves in a motion of the modes.
+        """Return the amplitudes of the waves, (2 waves,), in a motion of the modes.
 
-        q, rate : (m,), amplitudes and velocities of the modes. The imaginary part is 0
-            for waves without a conjugate.
+        They are all real parts, then all imaginary parts, which are 0 for waves without
+        a conjugate.
+
+        q, rate : (m,), amplitudes and velocities of the modes
         """
         rates = real_rows(self.rates)
         scale = float(np.abs(rates).max())
@@ -114,12 +121,13 @@ class BodyWaves:
 
 
 def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats:
-    """Return the energy of the modes, J, as a quadratic form of re and im of waves.
+    """Return a body's energy, J, as a quadratic form of re and im of its waves.
 
     The form is a symmetric matrix (2 waves, 2 waves).
 
     rises, places : (m, 2 waves), increments in a step, and amplitudes, of the modes for
         unit re and im of the waves
+    omega, step : (m,), rad/s; dt, s
     """
     twice = rises.T @ rises / step**2
     twice += places.T @ (omega[:, None] ** 2 * (places - rises))
@@ -127,7 +135,7 @@ def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats
 
 
 def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
-    """Return waves of a body that are combinations of the waves of its modes.
+    """Return a body's waves as combinations of the waves of its single modes.
 
     waves : those of the modes, `mode_waves`
     mixed : (m, waves), amplitudes of the modes' waves in each wave, orthogonal columns
@@ -152,7 +160,7 @@ def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
 
 
 def _of_whole(waves: WholeWaves) -> BodyWaves:
-    """Return the waves of a rotor with terms of rotation as `BodyWaves`.
+    """Return the waves of a rotor with terms of rotation, converted to `BodyWaves`.
 
     waves : the same waves, with amplitudes in the order of `whole_waves`
     """
@@ -174,10 +182,10 @@ def _of_whole(waves: WholeWaves) -> BodyWaves:
 
 
 def rotor_waves(model: Model, scene: Scene) -> tuple[BodyWaves, Rows] | None:
-    """Return the rotor's waves, and the points' motion by its modes.
+    """Return the rotor's waves, and its modes' displacements of the contact points.
 
-    The latter is (radial, tangential), (points, m) each, for unit modal amplitudes.
-    None where two waves nearly coincide.
+    The latter are (radial, tangential), (points, m) each, for unit modal amplitudes.
+    The result is None where two waves nearly coincide.
     """
     rows, body = contact_rows(model.rotor, model.blades), model.rotor
     if body.spin is None:
@@ -199,7 +207,10 @@ def rotor_waves(model: Model, scene: Scene) -> tuple[BodyWaves, Rows] | None:
 
 
 def casing_waves(model: Model, scene: Scene) -> BodyWaves | None:
-    """Return the waves of a casing of harmonics; None where two nearly coincide."""
+    """Return the waves of a casing of harmonics in the frame of the blades.
+
+    The result is None where two waves nearly coincide.
+    """
     if model.casing is None:
         none, empty = np.zeros((0, 0)), np.zeros((0, 0), dtype=complex)
         return BodyWaves(1.0, empty[:, :1].ravel(), *(empty,) * 4, none, none)
@@ -219,11 +230,15 @@ def casing_waves(model: Model, scene: Scene) -> BodyWaves | None:
 
 @dataclass(frozen=True)
 class PointWaves:
-    """Both bodies' waves, and their places among the kernel's amplitudes.
+    """Waves of rotor and casing, and their indices among the kernel's amplitudes.
 
+    Attributes
+    ----------
     rotor, casing : the waves of each body
-    rows : radial and tangential motion of the points by the rotor's modes, (points, m)
-    index : (waves,), places of the amplitudes of both among `size` complex numbers
+    rows : radial and tangential displacements of the contact points by the rotor's
+        modes, (points, m)
+    index : (waves,), indices of the amplitudes of both bodies among `size` complex
+        numbers
     """
 
     rotor: BodyWaves
@@ -234,7 +249,7 @@ class PointWaves:
 
     @property
     def half(self) -> int:
-        """Number of the kernel's complex amplitudes, padded."""
+        """Number of complex amplitudes in the kernel's state, padded."""
         return -(-self.size // EIGHT) * EIGHT
 
     def places(self) -> tuple[Integers, Integers]:
@@ -249,10 +264,12 @@ class PointWaves:
         )
 
     def spread(self, rows: Complexes) -> Floats:
-        """Return rows (r, 2 half) for the kernel's amplitudes, all re, then all im.
+        """Return factors of re and im of the kernel's amplitudes, (r, 2 half).
 
-        rows : (r, waves), factors of the complex amplitudes a; the results are Re(rows
-            a)
+        The result's product with the kernel's amplitudes, all re, then all im, is
+        Re(rows a).
+
+        rows : (r, waves), factors of the complex amplitudes a
         """
         out = np.zeros((len(rows), 2 * self.half))
         out[:, self.index], out[:, self.half + self.index] = rows.real, -rows.imag
@@ -260,9 +277,9 @@ class PointWaves:
 
 
 def point_waves(model: Model, scene: Scene) -> PointWaves | None:
-    """Return the waves of both bodies; None where they are no basis of the motion.
+    """Return the waves of rotor and casing; None where they are no basis of the motion.
 
-    Waves that nearly coincide are no basis.
+    That is so if some of a body's waves nearly coincide.
     """
     found, casing = rotor_waves(model, scene), casing_waves(model, scene)
     if found is None or casing is None:

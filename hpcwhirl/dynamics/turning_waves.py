@@ -45,7 +45,7 @@ WORST = 1e6  # condition number of scaled waves beyond which they are no basis
 
 @dataclass(frozen=True)
 class _Diameter:
-    """Waves of one nodal diameter; m modes at rest, w = 2 m waves.
+    """Waves of one nodal diameter of a rotating rotor: m modes at rest, w = 2 m waves.
 
     x are the complex amplitudes of the modes at rest, d = x_n - x_{n-1} their
     increments, x' their velocities; a are the amplitudes of the waves. D is the matrix
@@ -91,9 +91,10 @@ class _Diameter:
 
     @cached_property
     def inverse(self) -> Complexes:
-        """Matrix (waves, 2 m) to amplitudes of waves from x and d or, for the flow, x'.
+        """Matrix (waves, 2 m) from the motion of the modes to amplitudes of the waves.
 
-        x are amplitudes of the modes at rest, d their increments, x' their velocities.
+        The motion is x, the amplitudes of the modes at rest, and their increments d or,
+        for the exact flow, velocities x'.
         """
         basis = np.vstack([self.shapes, self.rises / self.scale])
         scale = np.repeat([1.0, 1.0 / self.scale], len(self.shapes))
@@ -101,7 +102,7 @@ class _Diameter:
 
     @property
     def before(self) -> Complexes:
-        """Return the factors (waves,), 1 / z, that undo a step without forces."""
+        """Return the factors 1 / z, (waves,), which lead a step back without forces."""
         return np.asarray(1 / (1 + self.ahead))
 
     def amplitudes(self, x: Complexes, rate: Complexes) -> Complexes:
@@ -115,7 +116,7 @@ class _Diameter:
         return np.asarray(found)
 
     def force(self, mu: float) -> Complexes:
-        """Return the modal forces (m,) of a unit spectrum Lambda of the multipliers.
+        """Return the modal forces (m,) of a unit spectrum of the multipliers, 1 N.
 
         mu : friction coefficient with the sign of Omega
         """
@@ -124,10 +125,10 @@ class _Diameter:
 
 @dataclass(frozen=True)
 class Differences(_Diameter):
-    """Free waves of one nodal diameter, as scheme `modal` integrates them.
+    """Free waves of one nodal diameter by central differences, as in scheme `modal`.
 
-    That scheme replaces derivatives by central differences.
-
+    Attributes
+    ----------
     give : (m, m), (1/dt^2 + G/2dt)^-1, increments of the modes by unit modal forces; G
         = D + 2 Omega C
     """
@@ -135,38 +136,43 @@ class Differences(_Diameter):
     give: Complexes
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta (waves,), what a unit Lambda adds to the amplitudes after a step.
+        """Return beta (waves,), the effect of a unit spectrum of multipliers on waves.
 
-        Lambda, the spectrum of the multipliers, changes the amplitudes of the modes and
-        their increments equally; mu : friction with the sign of Omega
+        It is added to their amplitudes after a step without contact. The spectrum,
+        Lambda, changes the amplitudes of the modes and their increments equally.
+
+        mu : friction coefficient with the sign of Omega
         """
         more = self.passed(mu)
         return np.asarray(self.inverse @ np.concatenate([more, more]))
 
     def passing(self) -> Complexes:
-        """Return the matrix (m, w) from w waves after a free step to dt (v- + v+).
+        """Return the matrix (m, w) from amplitudes of waves to dt (v- + v+) of modes.
 
-        v- and v+ are the velocities of the m modes before and after the impulse at the
-        step's start; of central differences dt (v- + v+) is x_{n+1} - x_{n-1}.
+        The amplitudes are those after a free step; v- and v+ are the velocities of the
+        modes before and after the contact impulse at the step's start. By central
+        differences dt (v- + v+) is x_{n+1} - x_{n-1}.
         """
         return np.asarray(self.rises * (1 + self.before))
 
     def passed(self, mu: float) -> Complexes:
-        """Return what a unit Lambda adds to the amplitudes x_{n+1} of the modes, (m,).
+        """Return the change of the modes, (m,), by a unit spectrum of multipliers.
 
-        It adds the same to dt (v- + v+), v- and v+ the velocities before and after it.
-        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
+        Lambda, the spectrum, adds it to the amplitudes x_{n+1} of the modes, and also
+        to dt (v- + v+), v- and v+ the velocities before and after the contact impulse.
+
+        mu : friction coefficient with the sign of Omega
         """
         return np.asarray(self.give @ self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return (row (waves,), number) for the energy and loss that Lambda adds, J.
+        """Return factors (row, number) of the energy and loss, J, that contact adds.
 
-        In a step Lambda adds Re(conj(Lambda) row a) + number |Lambda|^2 to the energy
-        of the waves and to their damping loss together, with the amplitudes a after the
-        step without Lambda.
+        In a step Lambda, the spectrum of the multipliers, adds Re(conj(Lambda) row a) +
+        number |Lambda|^2 to the energy of the waves and to their damping loss together,
+        with row (waves,) and the amplitudes a after the step without Lambda.
 
-        mu : friction with the sign of Omega
+        mu : friction coefficient with the sign of Omega
         """
         beta, more = self.pushed(mu), self.passed(mu).conj()
         row = 2 * beta.conj() @ self.energy
@@ -179,48 +185,57 @@ class Differences(_Diameter):
 
 @dataclass(frozen=True)
 class Flow(_Diameter):
-    """Waves of the exact flow.
+    """Free waves of one nodal diameter by the exact flow, as in scheme `exact`.
 
     Lambda is the spectrum of the multipliers, v- and v+ are velocities before and after
     their impulse.
     """
 
     def _struck(self, mu: float) -> Complexes:
-        """Return the change of amplitudes, (waves,), by a unit impulse Lambda.
+        """Return the change of the waves' amplitudes, (waves,), at a contact impulse.
 
-        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
+        The impulse is that of a unit spectrum of the multipliers, at the start of a
+        step.
+
+        mu : friction coefficient with the sign of Omega
         """
         impulse = self.step * self.force(mu)
         return np.asarray(self.inverse @ np.concatenate([0 * impulse, impulse]))
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta (waves,), what a unit Lambda adds to amplitudes after a step.
+        """Return beta (waves,), the effect of a unit spectrum of multipliers on waves.
 
-        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
+        It is added to their amplitudes after a step without contact.
+
+        mu : friction coefficient with the sign of Omega
         """
         return np.asarray((1 + self.ahead) * self._struck(mu))
 
     def passing(self) -> Complexes:
-        """Return the matrix (m, w) from w waves after a free step to dt (v- + v+).
+        """Return the matrix (m, w) from amplitudes of waves to dt (v- + v+) of modes.
 
-        v- and v+ are the velocities of the m modes before and after the impulse at the
-        step's start. Without an impulse v+ = v-, so that this is 2 dt v-.
+        The amplitudes are those after a free step; v- and v+ are the velocities of the
+        modes before and after the contact impulse at the step's start. Without an
+        impulse v+ = v-, so that this is 2 dt v-.
         """
         return np.asarray(2 * self.step * self.rises * self.before)
 
     def passed(self, mu: float) -> Complexes:
-        """Return what a unit Lambda adds to dt (v- + v+), (m,): dt (v+ - v-).
+        """Return dt (v+ - v-), (m,), of the modes by a unit spectrum of multipliers.
 
-        Lambda is the spectrum of the multipliers, v- and v+ are the velocities of the
-        modes before and after its impulse; mu : friction with the sign of Omega
+        v- and v+ are the velocities of the modes before and after its impulse.
+
+        mu : friction coefficient with the sign of Omega
         """
         return np.asarray(self.step**2 * self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return the result of `Differences.work` for the exact flow.
+        """Return factors (row, number) of the energy and loss, J, that contact adds.
 
-        It is the change of the energy at the step's start, by the impulse of
-        Lambda, the spectrum of the multipliers.
+        They are used as those of `Differences.work`. Here contact changes only the
+        energy at the step's start, by its impulse.
+
+        mu : friction coefficient with the sign of Omega
         """
         struck = self._struck(mu)
         row = 2 * (struck.conj() @ self.energy) * self.before
@@ -235,7 +250,10 @@ def _hermitian(matrix: Complexes) -> Complexes:
 
 
 def diameters_of(model: Model, scene: Scene) -> list[Diameter]:
-    """Return the waves of each nodal diameter of a rotor of equal sectors."""
+    """Return the waves of each nodal diameter of a rotating rotor of equal sectors.
+
+    They are those of the scheme of the scene: `Differences` or `Flow`.
+    """
     spin, exact = model.rotor.spin, scene.solver.flies
     pieces = spin.waves if spin else ()
     return [_diameter(model, scene, piece, exact=exact) for piece in pieces]
@@ -274,11 +292,11 @@ def _diameter(model: Model, scene: Scene, piece: SpinBlock, *, exact: bool) -> D
 
 
 def roots_of(mass: Any, damping: Any, stiffness: Any) -> tuple[Complexes, Complexes]:
-    """Return roots s (2 m,), shapes Y (m, 2 m) of [s^2 M + s G + K] Y = 0.
-
-    M, G, K are the arguments, (m, m) each.
+    """Return roots s (2 m,) and shapes Y (m, 2 m) of [s^2 M + s G + K] Y = 0.
 
     Of real matrices, roots that are not real come in exact pairs.
+
+    mass, damping, stiffness : M, G, K, (m, m) each
     """
     m = len(mass)
     right = np.linalg.solve(mass, np.hstack([stiffness, damping]))
@@ -290,7 +308,9 @@ def roots_of(mass: Any, damping: Any, stiffness: Any) -> tuple[Complexes, Comple
 
 @dataclass(frozen=True)
 class Circle:
-    """The circle of an unbalanced rotor as a wave at rest: a step multiplies it by 1.
+    """The circular orbit of an unbalanced rotor as a wave: a step multiplies it by 1.
+
+    It is at rest in the rotating frame.
 
     Attributes
     ----------
@@ -318,16 +338,20 @@ def circle_of(model: Model, scene: Scene, diameters: list[Diameter]) -> Circle |
 
 
 def is_basis(diameters: list[Diameter]) -> bool:
-    """Return whether the waves of all diameters are a basis: none nearly coincide."""
+    """Return whether the waves of every nodal diameter are a basis of its motion.
+
+    They are not if two of them nearly coincide.
+    """
     return bool(diameters) and all(own.condition < WORST for own in diameters)
 
 
 def wave_arrays(
     model: Model, scene: Scene, diameters: list[Diameter], beat: int
 ) -> Arrays:
-    """Return the arrays of the cyclic kernel; beat : steps between rows of evidence.
+    """Return the constant arrays of the cyclic kernel for a rotor as waves.
 
     diameters : the rotor's waves of each nodal diameter
+    beat : steps between rows of evidence
     """
     blades, mu = model.blades, friction_with_sign(scene)
     loading, casing = casing_arrays(model, scene)
@@ -347,7 +371,7 @@ def wave_arrays(
 def _rotor(
     diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
 ) -> WaveRotor:
-    """Return the kernel's arrays of a rotor as waves.
+    """Return the cyclic kernel's coefficients of a rotor as waves.
 
     diameters, slots : waves of each nodal diameter; number of slots (padded diameters)
     mu, steady : friction with the sign of Omega; the circle of an unbalanced rotor,
@@ -397,7 +421,9 @@ def _rotor(
 
 
 def _read_hub(centre: Any) -> Floats:
-    """Return the factors of re and im of amplitudes in x_o and y_o, (2, ..., 2).
+    """Return the factors of re and im of complex amplitudes in x_o and y_o.
+
+    They are (2, ..., 2): axis of x_o and y_o first, of re and im last.
 
     centre : (...), complex, displacement of the centre for unit amplitudes
     """
@@ -410,7 +436,7 @@ def _parts(values: Any) -> tuple[Any, Any]:
 
 
 def packed(items: Floats) -> Floats:
-    """Return coefficients of waves, (ITEMS, rows, slots), flat as kernels read them.
+    """Return coefficients of waves, (ITEMS, rows, slots), as the flat array of kernels.
 
     Those of four neighbouring waves are contiguous.
     """
@@ -419,7 +445,7 @@ def packed(items: Floats) -> Floats:
 
 
 def unpacked(items: Floats, count: int) -> Floats:
-    """Return the coefficients that `packed` flattened, (count, rows * slots), a copy.
+    """Return the coefficients of waves, (count, rows * slots), from their flat array.
 
     items, count : result of `packed`; number of coefficients of a wave
     """
@@ -427,7 +453,7 @@ def unpacked(items: Floats, count: int) -> Floats:
 
 
 def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
-    """Return the amplitudes (waves,) of a nodal diameter's waves in the kernel's state.
+    """Return one nodal diameter's amplitudes (waves,) from the state of a kernel.
 
     state, slots : amplitudes by row and slot, flat; number of slots
     own : the waves of the nodal diameter
@@ -439,9 +465,10 @@ def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
 def modal_places(
     model: Model, diameters: list[Diameter], places: list[Complexes]
 ) -> Floats:
-    """Return amplitudes (m,) of the modes at rest from complex ones by diameter.
+    """Return amplitudes (m,) of all modes at rest, from complex ones by diameter.
 
-    places : complex amplitudes of each diameter's modes, as `modes_of` returns them
+    places : complex amplitudes of each nodal diameter's modes, as `modes_of` returns
+        them
     """
     q = np.zeros(len(model.rotor.omega))
     for own, x in zip(diameters, places, strict=True):
@@ -453,7 +480,7 @@ def modal_places(
 
 
 def modes_of(model: Model, k: int, q: Floats) -> Complexes:
-    """Return complex amplitudes of a nodal diameter's modes from those of all modes.
+    """Return complex amplitudes of one nodal diameter's modes, from those of all modes.
 
     q : (m,), amplitudes of the modes at rest; the result is q_0 + i q_1 of the two
         phases

@@ -79,9 +79,10 @@ class WholeWaves:
     push: Floats
 
     def parts(self, rows: Complexes) -> Floats:
-        """Return real rows (r, 2 m), whose product with q is Re(rows a).
+        """Return factors (r, 2 m) of the real amplitudes q, from those of complex ones.
 
-        q are the 2 m real amplitudes of the waves.
+        The product of the result and q, the 2 m real amplitudes of the waves, is
+        Re(rows a).
 
         rows : (r, waves), factors of the complex amplitudes a
         """
@@ -112,7 +113,7 @@ class WholeWaves:
 
     @cached_property
     def basis(self) -> Floats:
-        """Matrix, (2 m, 2 m), from q to a state (x, d / scale).
+        """Matrix, (2 m, 2 m), from amplitudes q of waves to a motion (x, d / scale).
 
         q are the real and imaginary parts of the waves' amplitudes, x the amplitudes of
         the modes at rest, and d their increments since the step before.
@@ -121,7 +122,7 @@ class WholeWaves:
 
     @property
     def scale(self) -> float:
-        """The number by which `basis` divides d, its largest entry."""
+        """Number by which `basis` divides the modes' increments: the largest one."""
         return float(np.abs(self.rises).max())
 
     @property
@@ -195,7 +196,7 @@ def whole_waves(
     """Return the waves of central differences of a rotor with terms of rotation.
 
     terms : matrices in the modes at rest; None: those of the model
-    blocks : orthonormal combinations (m, c) of modes; the terms do not couple those of
+    blocks : orthonormal combinations (m, c) of modes; the terms do not couple modes of
         different blocks. A complex block stands for its conjugate, too. Empty: one
         block of all modes
     """
@@ -241,14 +242,13 @@ class _Part(NamedTuple):
 
 
 def _condition(parts: list[_Part], scale: float) -> float:
-    """Return the condition number of `WholeWaves.basis`.
+    """Return the condition number of `WholeWaves.basis`, from the waves of each block.
 
     In orthonormal coordinates the basis has a part for each block of modes. A complex
     block B with its conjugates gives the modes x = Re(B Y a), |x|^2 = |Y a|^2 / 2, from
     the shapes Y and amplitudes a of its waves.
 
-    scale : by which the basis divides the increments
-    parts : the waves of each block
+    parts, scale : the waves of each block; by which the basis divides the increments
     """
     sizes = []
     for block, ahead, shapes, paired in parts:
@@ -266,7 +266,7 @@ def _condition(parts: list[_Part], scale: float) -> float:
 def drift_of(reads: Matrix, ahead: Complexes) -> Floats:
     """Return a bound of any tip's motion in a step per unit amplitude, (waves,).
 
-    It holds for each of `LOOK_EVERY` steps, in which a wave may grow.
+    It holds for each of the next `LOOK_EVERY` steps, in which a wave may grow.
 
     reads, ahead : (N, waves), displacements of the tips for unit amplitudes; (waves,),
         z - 1, z the factor of a wave in a step
@@ -291,7 +291,7 @@ def padded_blades(blades: int) -> int:
 
 
 def coupled_rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
-    """Return the kernel's arrays of a rotor whose modes rotation couples.
+    """Return the arrays of `kernels.whole` for a rotor whose modes rotation couples.
 
     The last wave is constant, the circle of an unbalanced rotor.
 
@@ -341,9 +341,9 @@ def coupled_rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
 
 
 def opened_by_ring(model: Model, scene: Scene) -> Floats:
-    """Return the change of gaps by unit multipliers due to the ring alone, m/N.
+    """Return the change of all gaps by unit multipliers due to the ring alone, m/N.
 
-    The shape is (N, 2 wide), by multiplier and by gap, folded as in
+    The shape is (N, 2 wide), by multiplier and by gap, in folded order as in
     `kernels.circulant.folded`.
     """
     blades = np.arange(model.blades)
@@ -352,9 +352,9 @@ def opened_by_ring(model: Model, scene: Scene) -> Floats:
 
 
 def _upper(waves: WholeWaves) -> Floats:
-    """Return the energy q^T U q of the waves' amplitudes q as a triangle U, flat.
+    """Return the energy of the waves as a flat upper triangle U: q^T U q, J.
 
-    `WholeRotor.form` tells the order.
+    q are the real amplitudes of the waves; `WholeRotor.form` tells the order.
     """
     size = 2 * waves.half
     form = np.zeros((size, size))
@@ -364,9 +364,10 @@ def _upper(waves: WholeWaves) -> Floats:
 
 
 def unpacked_form(upper: Floats, size: int) -> Floats:
-    """Return the triangle U, (size, size), of the energy q^T U q of amplitudes q.
+    """Return the upper triangle U, (size, size), of the waves' energy q^T U q, J.
 
-    upper : the same triangle, flat, as `_upper` returns it
+    upper, size : the same triangle, flat, as `_upper` returns it; number of amplitudes
+        q
     """
     form, at = np.zeros((size, size)), 0
     for i in range(size):

@@ -108,7 +108,8 @@ from hpcwhirl.errors import ModelError
 def turn_quarter(lam, k):
     """Set the second half of lam (4 k,) to -i times the spectrum in its first half.
 
-    There are k slots, one for each nodal diameter, padded.
+    The kernels of the rotor read both. The spectrum is that of the multipliers, N, re,
+    then im, at k slots (nodal diameters, padded).
     """
     for v in range(0, k, FOUR):
         store(lam, 2 * k + v, load(lam, k + v))
@@ -117,10 +118,13 @@ def turn_quarter(lam, k):
 
 @inlined
 def to_spectrum(push, where, size, turns, width, lam):
-    """Set lam (2 width,) to the multipliers' spectrum, as (re, im), then (im, -re).
+    """Compute the spectrum of the multipliers: set lam (2 width,), N.
 
-    width : length of a spectrum, re, then im of each slot (nodal diameter)
-    push, where, size : multipliers of the blades where[:size]; turns : (N, width) flat
+    Its first half is (re, im), its second half (im, -re).
+
+    push, where, size : multipliers, N, of the blades in contact, where[:size]
+    turns : (N, width) flat, cos and -sin of each nodal diameter at each blade
+    width : twice the number of nodal diameters, padded
     """
     half, whole = width // 2, width - width % (6 * FOUR)
     none = broadcast(-0.0)  # x + (-0) has the bits of x, also if x is 0 or -0
@@ -136,16 +140,18 @@ def to_spectrum(push, where, size, turns, width, lam):
 
 @part
 def flush(s):
-    """Set entries of a state s below 1e-150 to 0, since denormals are slow."""
+    """Set numbers below 1e-150 in a body's state s to 0, since denormals are slow."""
     for m in range(len(s)):
         if abs(s[m]) < TINY:
             s[m] = 0.0
 
 
 def widths(blades: int) -> tuple[int, int]:
-    """Return (k, wide): padded lengths of re of a spectrum, and of half a row of gaps.
+    """Return (k, wide): padded lengths of a spectrum's real part, and of half the gaps.
 
-    Both are N // 2 + 1, rounded up to a multiple of four.
+    Both are N // 2 + 1, rounded up to a multiple of four: a spectrum has k nodal
+    diameters, and an array of all gaps in folded order is (2 wide,), see
+    `circulant.folded`.
     """
     slots = -(-(blades // 2 + 1) // FOUR) * FOUR
     return slots, slots
@@ -154,14 +160,15 @@ def widths(blades: int) -> tuple[int, int]:
 def check_sizes(kernel: str, arrays: Arrays, state: CyclicState, own: Wanted) -> None:
     """Raise ModelError unless arrays have the sizes that a state implies.
 
-    A kernel loads vectors unchecked, so that a short array would be read beyond its
-    end.
+    A kernel loads vectors unchecked: it would read beyond the end of an array that is
+    too short.
 
     Parameters
     ----------
-    kernel : name of the kernel
-    own : (name, array, number of values required) of the kernel's own arrays; those of
-        the ring and the contact are added here
+    kernel : name of the kernel, for the message
+    arrays, state : constant arrays of the kernel; the march's state
+    own : (name, array, number of values required) of the arrays of the kernel's rotor;
+        those of the ring and of the contact are added here
     """
     blades, ring = len(state.impulse), len(state.ring) // RING_STATE
     k, wide = widths(blades)
@@ -181,7 +188,10 @@ def check_sizes(kernel: str, arrays: Arrays, state: CyclicState, own: Wanted) ->
 
 
 def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
-    """Return (name, array, required number of values) of each array of a rotor."""
+    """Return (name, array, required number of values) of the arrays of the rotor.
+
+    They are checked by `check_sizes` before the first step.
+    """
     blades, rotor = len(state.impulse), arrays.rotor
     k, _ = widths(blades)
     size = rotor.hub.shape[1] // (2 * k) * 2 * k
@@ -199,7 +209,10 @@ def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
 
 
 def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
-    """Return the work space of the cyclic kernel, which is no part of a saved march."""
+    """Return the work space of the cyclic kernel, which is not saved with the state.
+
+    arrays, state : constant arrays of the kernel; the march's state
+    """
     check_sizes("cyclic", arrays, state, own_sizes(arrays, state))
     blades = len(state.impulse)
     k, wide = widths(blades)
@@ -221,9 +234,11 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
 
 @inlined
 def sizes_of(rotor, state):
-    """Return the numbers of blades, rows and slots that the lengths of arrays imply.
+    """Return the numbers of blades, modes and nodal diameters as `wave_types.Sizes`.
 
-    rotor, state : arrays of a rotor; state of the cyclic kernel
+    They follow from the lengths of the arrays.
+
+    rotor, state : coefficients of the rotor; state of the cyclic kernel
     """
     k, blades = len(state.lam) // 4, len(state.impulse)
     rows, ring_rows = rotor.hub.shape[1] // (2 * k), len(state.ring) // k
@@ -232,19 +247,23 @@ def sizes_of(rotor, state):
 
 @inlined
 def angle_of(wall, speed, time):
-    """Return the rotor's angle at a time, times the number of lobes, rad."""
+    """Return the rotor's angle at a time, s, times the number of lobes, rad.
+
+    wall, speed : `kernel_types.Wall`; Omega, rad/s
+    """
     return wall.lobes * (angle_at(wall, speed, time) % (2.0 * math.pi))
 
 
 @inlined
 def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
-    """Set the spectrum (2 k,) of all gaps less the clearance, m, from both bodies.
+    """Set the spectrum (2 k,) of all gaps without the clearance, m, for a step.
 
     It is the sum of those of rotor, ring and the casing's departure from the circle.
     There are k slots, one for each nodal diameter, padded.
 
-    out_b, out_c : (2 k,), m, spectra of rotor and ring
-    time, sizes : s; `wave_types.Sizes`
+    out_b, out_c : (2 k,), m, rotor's and ring's parts, re, then im
+    wall, time, speed : `kernel_types.Wall`; s; Omega, rad/s
+    sizes : `wave_types.Sizes`
     """
     for c in range(0, 2 * sizes.k, FOUR):
         store(spectrum, c, load(out_b, c) + load(out_c, c))
@@ -256,13 +275,15 @@ def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
 def farthest(rotor, limit, q, out_b, wave, sizes, work):
     """Return the largest magnitude of a tip's displacement (radial, tangential), m.
 
-    If a bound for all tips is below `NEAR` times the limit, the bound is returned.
-    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
-    list all blades in the order of `circulant.folded`.
+    It is compared with the limit at which a march stops. If a bound for all tips is
+    below `NEAR` times the limit, the bound is returned instead.
 
-    q, out_b : predicted amplitudes; spectrum of the tips' radial displacements, m
-    work : work space: (2 k,) and two of (2 wide,)
+    limit : m
+    q, out_b : predicted amplitudes of the rotor; (2 k,), m, spectrum of the tips'
+        radial displacements times -1
     wave, sizes : see `passes.to_gaps`; `wave_types.Sizes`
+    work : work space: (2 k,) for k nodal diameters, and two of (2 wide,), for all
+        blades in folded order
     """
     _, rows, _, k, wide = sizes
     spectrum, outward, along = work
@@ -280,13 +301,17 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 
 @rare
 def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
-    """Raise ledger[SLIP], m/s, to the slip of blades in contact in the last step.
+    """Raise ledger[SLIP], m/s, to the largest slip of blades in contact in a step.
+
+    The step is the last one; see `contact.note_slip`.
 
     There are k slots, one for each nodal diameter, padded.
 
-    slips : (slip_b, slip_c), arguments of `passes.slip_of`
+    slips : (slip_b, slip_c), factors of friction's work on rotor and ring, see
+        `passes.slip_of`
     turns : (N, 2 k) flat, cos and -sin of each slot at each blade
-    known, last : active blades, see `ConstantSpace`; step of each last contact
+    known, last : blades in contact in the last solution, see `ConstantSpace`; (N,),
+        number of the step of each blade's last contact
     work : (2 k,), work space
     """
     slip_of(slips[0], slips[1], k, work)
@@ -301,9 +326,10 @@ def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
 
 @inlined
 def read_before(gaps, row, where, active, blades, wide, before):
-    """Copy the gaps, m, of the active blades from a row of gaps to `before` (N,).
+    """Copy the gaps, m, that blades in contact had two steps before to `before` (N,).
 
-    where, active : the active blades are where[:active]
+    gaps, row : gaps in folded order, and the index at which those of that step begin
+    where, active : the blades in contact are where[:active]
     """
     for s in range(active):
         before[where[s]] = gaps[row + place_of(where[s], blades, wide)]
@@ -311,9 +337,10 @@ def read_before(gaps, row, where, active, blades, wide, before):
 
 @inlined
 def prepare(step, speed, wall, state, sample):
-    """Set `sample` up: copy the sums of works to it; compute the casing's spectrum.
+    """Prepare a sample: copy the works of the state, compute the casing's spectrum.
 
-    The spectrum, m, is that of the departure from the circle at the present step.
+    The works, J, are sample.sums_b and sample.sums_c; sample.wall, m, is the spectrum
+    of the casing's departure from the circle at the present step.
     """
     copy_to(sample.sums_b, state.sums_b)
     copy_to(sample.sums_c, state.sums_c)
@@ -326,10 +353,14 @@ def prepare(step, speed, wall, state, sample):
 @rare
 def sample_step(way, step, speed, mu, wall, rotor, casing, turns, wave, state, sample,
                 keep, judge, tracks):  # fmt: skip
-    """Write a sample of a copy of the state with all contact forces applied.
+    """Write a sample of the traces, a row of evidence, or both, for the present step.
 
-    way : how the steps of the state end, see `stepping`
-    keep, judge : as in `contact.write_sample`
+    They are computed from a copy of the state in which the last step is completed, so
+    that the motion does not depend on them.
+
+    way : `differences.CENTRAL` or `flow.EXACT`
+    keep, judge : whether to write a sample of the traces; a row of the evidence
+    sample, tracks : `wave_types.SampleSpace`, work space; `kernel_types.Tracks`
     """
     c_c, _ = casing
     counter, wide = state.counter, len(state.gaps) // 6
@@ -354,8 +385,9 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
          flight, state, outs, space, tracks, sizes):  # fmt: skip
     """Jump over steps if no blade can touch for a while; return whether it did.
 
-    between : whether to write the samples of the traces within the jump
-    outs : work space for spectra, see `flight.fly`, as are the other arguments
+    between : whether the traces have samples within the jump, which are then written
+    strides : `kernel_types.Strides`
+    outs : work space for spectra, see `flight.fly`, which explains the other arguments
     """
     counter = state.counter
     begun = counter[STEP]
@@ -376,9 +408,9 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
 
 
 def marching(way):
-    """Return the compiled time loop of the cyclic kernel.
+    """Return the time loop of the cyclic kernel, to be compiled.
 
-    way : how its steps end, see `stepping`
+    way : `differences.CENTRAL` or `flow.EXACT`, how its steps end
     """
     exact = way is EXACT
 
@@ -386,11 +418,11 @@ def marching(way):
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
         state, tracks, space,
     ):  # fmt: skip
-        """Integrate rotor and ring over `steps` steps, see `bodies.march_bodies`.
+        """Integrate rotor and ring over `steps` steps, or until the march has to stop.
 
-        space : result of `space_of`
+        `bodies.march_bodies` explains the arguments; space : result of `space_of`
 
-        The exact flow jumps while no blade can touch, see `flight`.
+        The exact flow jumps over steps while no blade can touch, see `flight`.
         """
         force, pulse, lobe = loading
         (c_c, sign), (_, turns, wave, flight) = casing, contact

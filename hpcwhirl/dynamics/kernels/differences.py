@@ -39,7 +39,10 @@ from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, element, fma, loa
 
 
 class Central(NamedTuple):
-    """The way of steps by central differences, an argument of `stepping`."""
+    """Type of the argument `way` by which the kernels end steps by central differences.
+
+    Numba compiles a kernel anew for it; its only instance is `CENTRAL`.
+    """
 
 
 CENTRAL = Central()
@@ -48,16 +51,17 @@ CENTRAL = Central()
 @does(is_exact, Central)
 @inlined
 def is_not_exact(_way):
-    """Return False."""
+    """Return False: steps by central differences are not those of the exact flow."""
     return False
 
 
 @does(end_rotor, Central)
 @inlined
 def end_rotor_central(_way, c, at, q, d, s, old, push, touched, loss, works):
-    """Apply contact forces to four rotor modes after a step; return q, d, loss, works.
+    """End a step of four rotor modes by central differences: apply contact, add works.
 
-    The implementation of `stepping.end_rotor`, which explains the arguments.
+    Return q, d, loss, works: amplitudes, their increments in the step, and sums. This
+    is the implementation of `stepping.end_rotor`, which explains the arguments.
     """
     if touched:
         change = push_rotor(c, at, push)
@@ -73,9 +77,11 @@ def end_rotor_central(_way, c, at, q, d, s, old, push, touched, loss, works):
 @inlined
 def end_ring_central(_way, c, at, y, d, s, size, old, push, touched, loss, works,
                      passing):  # fmt: skip
-    """Apply contact forces to four ring modes after a step, as `end_rotor` does.
+    """End a step of four ring modes by central differences: apply contact, add works.
 
-    The implementation of `stepping.end_ring`, which explains the arguments.
+    Return y, d, loss, works, passing: (re, im) of the amplitudes and of their
+    increments in the step, and sums. This is the implementation of `stepping.end_ring`,
+    which explains the arguments.
     """
     if touched:
         cr, ci = push_ring(c, at, push)
@@ -97,9 +103,11 @@ def energy_of_modes(_way, s, c, place, increment, size, step):
 
     It is the sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1} over `size` modes.
 
+    s, c : state of the body, after the contact forces of step n; coefficients of its
+        modes, packed as `passes` explains
     place, increment : first index in s of the amplitudes q_{n+1}, and of their
         increments q_{n+1} - q_n = v dt
-    s, c : state of the body; coefficients of its modes, packed
+    step : dt, s
     """
     total = 0.0
     for m in range(size):
@@ -112,9 +120,10 @@ def energy_of_modes(_way, s, c, place, increment, size, step):
 
 @inlined
 def energies_of_four(q, d, stiff, step):
-    """Return the kinetic and the potential energies of four modes, J, four each.
+    """Return the kinetic and the potential energies of four modes, J, as two vectors.
 
-    q, d : amplitudes q_{n+1}, and their increments in the step, q_{n+1} - q_n
+    q, d : four modal amplitudes q_{n+1}, and their increments in the step, q_{n+1} -
+        q_n
     stiff, step : omega^2 / 2 of each mode; dt, s
     """
     half, speed = broadcast(0.5), d / broadcast(step)
@@ -124,12 +133,15 @@ def energies_of_four(q, d, stiff, step):
 @does(energy_of_ring, Central)
 @rare
 def energy_of_ring_central(_way, t, c, now, step):
-    """Return the energy of the casing ring, J, from a state t without pending forces.
+    """Return the energy of the casing ring's modes between steps n and n + 1, J.
 
-    now : step number mod 2
-    c : coefficients of the ring's modes, packed
+    t : (6 size,), state of the ring, after the contact forces of step n
+    c : coefficients of the ring's modes, packed as `passes` explains
+    now : 0 or 1, whether step n + 1 is even or odd: selects its increments in t
+    step : dt, s
 
-    The sums over re and im are those of `energy_of_modes`, here side by side.
+    The sums over real and imaginary parts are those of `energy_of_modes`, here computed
+    together.
     """
     n, first, second = len(t) // RING_STATE, 0.0, 0.0
     at = 2 * n * (1 + now)
@@ -151,11 +163,13 @@ def energy_of_ring_central(_way, t, c, now, step):
 @does(column_sums, Central)
 @rare_kernel
 def column_sums_central(_way, sums_b, sums_c, _):
-    """Return works, J, so far: of rotation, impact, friction over mu, and damping.
+    """Return four works so far, J: of rotation, impact, friction over mu, and damping.
 
-    sums_b, sums_c : works and losses by slot, see `stepping.column_sums`
+    sums_b, sums_c : works and losses by nodal diameter, of rotor and ring: the arrays
+        `sums` of `stepping.pass_modes` and `stepping.pass_ring`
 
-    Impact losses are 0 here: `contact.book_contacts` enters them in the ledger.
+    The impact loss is 0 here: `contact.book_contacts` enters it in the ledger, and
+    subtracts it from the rotation's work.
     """
     normal, drag, loss = sums_of(sums_b, sums_c)
     return normal, 0.0, drag, loss

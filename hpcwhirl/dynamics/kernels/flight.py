@@ -75,10 +75,13 @@ LESS = 1.0 - 1e-9  # factor on the clearance that covers round-off of the bounds
 def bound_rotor(rotor, s, bound, rows, k, counter, rate):
     """Return the rotor's parts of two bounds: acceleration, m/s^2, and displacement, m.
 
-    They bound the second derivative of every gap, and the displacement of every tip.
-    There are k slots, one for each nodal diameter, padded.
+    The bounds hold for the second derivative of every gap and the displacement of every
+    tip in free motion from the present state, until contact occurs.
 
+    s, counter : state of the rotor, after the last step's contact forces; counters of
+        the march
     bound : coefficients of the bounds, see `dynamics.flights`
+    rows, k : number of modes or waves of a nodal diameter; of nodal diameters, padded
     rate : (2 k,), out: spectrum of the rotor's part of the gaps' rates, m/s
     """
 
@@ -86,10 +89,10 @@ def bound_rotor(rotor, s, bound, rows, k, counter, rate):
 @does(bound_rotor, CyclicRotor)
 @kernel
 def bound_modes(rotor, s, bound, rows, k, counter, rate):
-    """Return the parts of a rotor's modes in two bounds: acceleration, displacement.
+    """Return the rotor's parts of two bounds: acceleration, m/s^2, and displacement, m.
 
-    The implementation of `bound_rotor`, with its arguments, for modes by nodal
-    diameter, m/s^2 and m.
+    The implementation of `bound_rotor`, which explains the arguments, for modes by
+    nodal diameter.
     """
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, _ = places(counter, size)
@@ -124,11 +127,15 @@ def bound_modes(rotor, s, bound, rows, k, counter, rate):
 def bound_ring(s, c, bound, rows, k, counter, rate):
     """Return the ring's parts of two bounds: acceleration, m/s^2, and displacement, m.
 
-    They bound the second derivative of every gap, and the ring's displacement. There
-    are k slots, one for each nodal diameter, padded.
+    The bounds hold for the second derivative of every gap and the ring's radial
+    displacement in free motion from the present state, until contact occurs.
 
+    s, counter : (6 size,), state of the ring, after the last step's contact forces;
+        counters of the march
     c, bound : coefficients of the modes, packed; of the bounds, see `dynamics.flights`
-    rate : (2 k,), in and out: the ring's part of the gaps' rates, m/s, is added
+    rows, k : rows of modes; number of nodal diameters, padded
+    rate : (2 k,), m/s, in and out: the ring's part of the spectrum of the gaps' rates
+        is added
     """
     size = rows * k
     now, _ = places(counter, 2 * size)
@@ -164,7 +171,10 @@ def bound_ring(s, c, bound, rows, k, counter, rate):
 def open_until(gap, rate, bend):
     """Return a time, s, up to which gap + rate t - bend t^2 / 2 is above 0.
 
-    gap, rate, bend : of one blade: m, m/s; m/s^2
+    No contact of a blade can occur before.
+
+    gap, rate, bend : m, gap of the blade now; m/s, its rate; m/s^2, bound of the
+        magnitude of its second derivative
     """
     if gap <= 0.0 and rate <= 0.0:
         return 0.0
@@ -178,8 +188,12 @@ def open_until(gap, rate, bend):
 def free_steps(gaps, row, rates, count, bend, step, longest):
     """Return the number of steps, at most `longest`, in which no blade can touch.
 
-    gaps, rates, bend : m and m/s of `count` blades; m/s^2, bound of second derivatives
-    row : index in `gaps` at which the gaps of this step begin
+    It is 0 if a gap is not a number.
+
+    gaps, row : m, gaps, of which those of the present step begin at index `row`
+    rates, count : m/s, rates of these `count` gaps
+    bend : m/s^2, bound of the magnitude of all second derivatives
+    step : dt, s
     """
     time = longest * step
     for i in range(count):
@@ -194,18 +208,18 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
 def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
     """Move the rotor's state s to the end of a jump; add the damping loss to sums, J.
 
-    There are k slots, one for each nodal diameter, padded.
-
-    out : (2 k,), out: spectrum of the body's part of the gaps at the jump's end, m
     table : coefficients of the jump, (JUMP_ITEMS size,)
-    now, then : step number mod 2, before and after the jump
+    rows, k : number of modes or waves of a nodal diameter; of nodal diameters, padded
+    now, then : number of the step before and after the jump, mod 2: selects the
+        increments in s
+    out : (2 k,), m, out: spectrum of the rotor's part of the gaps at the jump's end
     """
 
 
 @does(jump_rotor, CyclicRotor)
 @part
 def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
-    """Move the amplitudes of the rotor's modes to the end of a jump.
+    """Move the rotor's state s to the end of a jump; add the damping loss to sums, J.
 
     The implementation of `jump_rotor`, with its arguments, for modes by nodal diameter.
     """
@@ -232,9 +246,12 @@ def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
 
 @part
 def jump_ring(s, c, table, rows, k, now, then, out, sums):
-    """Move the ring's state s, rotating frame, to a jump's end, see `jump_rotor`.
+    """Move the ring's state s to the end of a jump; add the damping loss to sums, J.
 
-    c : coefficients of the ring's modes; other arguments as in `jump_rotor`
+    s : (6 size,), amplitudes and increments in the rotating frame
+    c : coefficients of the ring's modes, packed
+    table, rows, k, now, then : as in `jump_rotor`, for the ring
+    out : (2 k,), m, out: spectrum of the ring's part of the gaps at the jump's end
     """
     size = rows * k
     now, then = 2 * (1 + now) * size, 2 * (1 + then) * size
@@ -271,14 +288,16 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
 @kernel
 def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, rows,
                ring_rows, k, wide):  # fmt: skip
-    """Apply the last contact forces; return how many steps a jump may have at most.
+    """Complete the last step in the states; return how many steps a jump may have.
 
-    If contact cannot recur, enter the certificate in counter and ledger. There are k
-    slots, one for each nodal diameter, padded. Folded arrays, (2 wide,), list all
-    blades in the order of `circulant.folded`.
+    In so many steps no blade can touch. If contact cannot recur at all, this
+    certificate is entered in counter and ledger.
 
-    rate, rates : (2 k,), (2 wide,), out: rates of the gaps as spectrum, and folded, m/s
+    speed, wall : Omega, rad/s; `kernel_types.Wall`
+    rate, rates : m/s, out: rates of the gaps, as spectrum (2 k,), and of all blades (2
+        wide,) in folded order (see `circulant.folded`)
     rows, ring_rows : numbers of rows of modes of rotor and ring
+    k, wide : number of nodal diameters, padded; half the length of `rates`
     c_c, wave, flight : as in `fly`
     """
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
@@ -299,12 +318,15 @@ def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, 
 
 @part
 def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
-    """Move both bodies over `count` steps by up to `PASSES` jumps; return steps moved.
+    """Move both bodies over up to `count` steps without contact; return how many.
 
-    There are k slots, one for each nodal diameter, padded.
+    It combines up to `PASSES` jumps of tabulated numbers of steps.
 
-    out_b, out_c : (2 k,), out: spectra of rotor and ring at the end, m
-    rows, ring_rows : numbers of rows of modes of rotor and ring
+    c_c, flight : coefficients of the ring's modes, packed; `wave_types.Flight`
+    out_b, out_c : (2 k,), m, out: spectra of the rotor's and the ring's part of the
+        gaps at the end
+    rows, ring_rows, k : numbers of rows of modes of rotor and ring; of nodal diameters,
+        padded
     """
     counts, jumps_b, jumps_c = flight.counts, flight.jumps_b, flight.jumps_c
     counter, left = state.counter, count
@@ -334,18 +356,16 @@ def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, si
     """Jump over steps if no blade can touch for a while; return whether it did.
 
     A jump ends at the next row of evidence at the latest, and one step before a blade
-    might touch, since contact requires the gaps of the two steps before it. There are k
-    slots, one for each nodal diameter, padded. Folded arrays, (2 wide,), list all
-    blades in the order of `circulant.folded`.
+    might touch, since contact requires the gaps of the two steps before it.
 
     Parameters
     ----------
     beat : steps between rows of evidence
     wall, load, state : `kernel_types.Wall`, `kernel_types.Load`, the march's state
-    flight, sizes : `wave_types.Flight`, `wave_types.Sizes`
-    outs : out: spectra of rotor, ring and gaps, (2 k,); folded rates of the gaps, (2
-        wide,)
     c_c, wave : coefficients of the ring's modes, packed; see `passes.to_gaps`
+    flight, sizes : `wave_types.Flight`, `wave_types.Sizes`
+    outs : out: spectra of the rotor's and the ring's part of the gaps, and of all gaps,
+        (2 k,), m; rates of the gaps in folded order, (2 wide,), m/s
     """
     counter, (_, rows, ring_rows, k, wide) = state.counter, sizes
     out_b, out_c, spectrum, rates = outs

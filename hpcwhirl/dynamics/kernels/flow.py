@@ -1,9 +1,11 @@
 """The ends of steps of the exact flow: their works, losses and energy.
 
 Works and losses of a step are quadratic in the increments d = q_n - q_{n-1} and d' =
-q_{n+1} - q_n and in q' = q_{n+1}, see `timestep.exact_flow`. After a jump no step is
-pending. The sums of the ring have a fourth part: the normal forces times `passing`, the
-rate at which the ring's deformed shape passes the blades.
+q_{n+1} - q_n and in q' = q_{n+1}, see `timestep.exact_flow`. A jump over steps without
+contact (`flight`) leaves no step to be ended. The ring's array of works has a fourth
+part, the power of the contact forces that the rotation moves along the deformed ring:
+the normal forces times `passing`, the rate at which the ring's radius changes at the
+blades, since they move past it.
 """
 
 from __future__ import annotations
@@ -48,7 +50,10 @@ from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, fnma, load
 
 
 class Exact(NamedTuple):
-    """The way of steps by the exact flow, an argument of `stepping`."""
+    """Type of the argument `way` by which the kernels end steps by the exact flow.
+
+    Numba compiles a kernel anew for it; its only instance is `EXACT`.
+    """
 
 
 EXACT = Exact()
@@ -57,15 +62,16 @@ EXACT = Exact()
 @does(is_exact, Exact)
 @inlined
 def is_indeed(_way):
-    """Return True."""
+    """Return True: these are steps of the exact flow."""
     return True
 
 
 @inlined
 def lose_rotor(c, at, q, d, loss):
-    """Return `loss` plus the damping loss, J, of a step of four modes.
+    """Return `loss` plus the damping loss, J, of a step of four rotor modes.
 
-    c, at : coefficients of all modes, packed, and where those of the four begin
+    c, at : coefficients of all modes, packed, and the index in c at which those of the
+        four begin
     q, d : amplitudes at the end of the step, and their increments in it
     """
     part = load(c, at + LOSS_DQ * FOUR) * q
@@ -78,7 +84,8 @@ def lose_rotor(c, at, q, d, loss):
 def lose_ring(c, at, y, d, loss):
     """Return `loss` plus the damping loss, J, of a step of four modes of the ring.
 
-    c, at : coefficients of all modes, packed, and where those of the four begin
+    c, at : coefficients of all modes, packed, and the index in c at which those of the
+        four begin
     y, d : (re, im) of the amplitudes at the end of the step, and of their increments in
         it
     """
@@ -93,9 +100,10 @@ def lose_ring(c, at, y, d, loss):
 @does(end_rotor, Exact)
 @inlined
 def end_rotor_exact(_way, c, at, q, d, s, old, push, touched, loss, works):
-    """Apply contact forces to four rotor modes after a step; return q, d, loss, works.
+    """End a step of four rotor modes by the exact flow: apply contact, add works.
 
-    The implementation of `stepping.end_rotor`, which explains the arguments.
+    Return q, d, loss, works: amplitudes, their increments in the step, and sums. This
+    is the implementation of `stepping.end_rotor`, which explains the arguments.
     """
     if touched:
         change = push_rotor(c, at, push)
@@ -111,11 +119,12 @@ def end_rotor_exact(_way, c, at, q, d, s, old, push, touched, loss, works):
 
 @inlined
 def mean_ring(c, at, y, d, old):
-    """Return (re, im) of dt (v- + v+) of four modes of the ring, see `work_rotor`.
+    """Return dt (v- + v+) of four ring modes, (re, im), for the works of contact.
 
-    v- and v+ are the velocities before and after the step's impulse.
+    v- and v+ are the modes' velocities before and after the step's contact impulse.
 
-    c, at : coefficients of all modes, packed, and where those of the four begin
+    c, at : coefficients of all modes, packed, and the index in c at which those of the
+        four begin
     y, d, old : (re, im) of the amplitudes; of their increments in this step, and in the
         step before
     """
@@ -131,13 +140,15 @@ def mean_ring(c, at, y, d, old):
 @inlined
 def end_ring_exact(_way, c, at, y, d, s, size, old, push, touched, loss, works,
                    passing):  # fmt: skip
-    """Apply contact forces to four ring modes after a step, as `end_rotor` does.
+    """End a step of four ring modes by the exact flow: apply contact, add works.
 
-    The implementation of `stepping.end_ring`, which explains the arguments.
+    Return y, d, loss, works, passing: (re, im) of the amplitudes and of their
+    increments in the step, and sums. This is the implementation of `stepping.end_ring`,
+    which explains the arguments.
 
-    In the time of `works`, from step n - 1 to n + 1, a blade goes past the shape of
-    step n - 1 from its place at that step to its place at n + 1, and so, at second
-    order, by twice the way that `passing` gives at its place at step n.
+    In the time of `works`, from step n - 1 to n + 1, a blade moves past the ring's
+    deformed shape of step n - 1. The change of the radius on that way is, at second
+    order, 2 dt times `passing` at the blade's place at step n.
     """
     if touched:
         cr, ci = push_ring(c, at, push)
@@ -160,7 +171,8 @@ def end_ring_exact(_way, c, at, y, d, s, size, old, push, touched, loss, works,
 def energy_of_modes(_way, s, c, place, increment, size, _step):
     """Return the energy of `size` modes of a body, J, at the end of a step.
 
-    s, c : state of the body; coefficients of its modes, packed
+    s, c : state of the body, after the step's contact forces; coefficients of its
+        modes, packed as `passes` explains
     place, increment : first index in s of the amplitudes, and of their increments in
         the step that has ended
     """
@@ -176,10 +188,12 @@ def energy_of_modes(_way, s, c, place, increment, size, _step):
 @does(energy_of_ring, Exact)
 @rare
 def energy_of_ring_exact(way, t, c, now, step):
-    """Return the energy of the casing ring, J, from a state t without pending forces.
+    """Return the energy of the casing ring's modes, J, at the end of a step.
 
-    now : step number mod 2
-    c : coefficients of the ring's modes, packed
+    t : (6 size,), state of the ring, after the step's contact forces
+    c : coefficients of the ring's modes, packed as `passes` explains
+    now : 0 or 1, whether the step's number is even or odd: selects its increments in t
+    step : dt, s
     """
     n = len(t) // RING_STATE
     at = 2 * n * (1 + now)
@@ -190,12 +204,14 @@ def energy_of_ring_exact(way, t, c, now, step):
 @does(column_sums, Exact)
 @rare_kernel
 def column_sums_exact(_way, sums_b, sums_c, step):
-    """Return works, J, so far: of rotation, impact, friction over mu, and damping.
+    """Return four works so far, J: of rotation, impact, friction over mu, and damping.
 
     The rotation's work is that of contact forces moved along the deformed ring; the
     impact loss is the remaining work of the normal forces.
 
-    sums_b, sums_c : works and losses by slot, see `stepping.pass_ring`
+    sums_b, sums_c : works and losses by nodal diameter, of rotor and ring: the arrays
+        `sums` of `stepping.pass_modes` and `stepping.pass_ring`
+    step : dt, s
     """
     n = len(sums_c) // 4
     normal, drag, loss = sums_of(sums_b, sums_c)

@@ -113,13 +113,14 @@ from hpcwhirl.dynamics.kernels.whole import (
 
 @inlined
 def read_tips(q, gamma, out):
-    """Set out (2 wide,), folded, to radial displacements of the tips times -1, m.
+    """Compute the rotor's part of the gaps of all blades: set out (2 wide,), m.
 
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    It is the radial displacement of each tip times -1, in folded order (see
+    `circulant.folded`).
 
-    q : (m,) or more, amplitudes of the modes, m % 8 == 0
-    gamma : the same for unit amplitudes, (2 wide / 8, m, 8) flat, in groups of eight
-        blades, read in this order
+    q : (m,) or more, amplitudes of the rotor's modes, m % 8 == 0
+    gamma : (2 wide / 8, m, 8) flat, m: the same for unit amplitudes, in groups of eight
+        blades, which are read one after the other
     """
     modes = len(gamma) // len(out)
     for v in range(0, len(out), EIGHT):
@@ -139,12 +140,12 @@ def read_tips(q, gamma, out):
 
 @inlined
 def close_gaps(tips, gaps, row):
-    """Add the rotor's part to the gaps; return (least gap, largest |tip|), m.
+    """Add the rotor's part to the gaps; return the lowest gap and the largest |tip|, m.
 
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
-
-    tips : (2 wide,), folded, the rotor's part of the gaps
-    gaps, row : gaps without this part, and index at which those of the step begin
+    tips : (2 wide,), m, radial displacements of all tips times -1, in folded order (see
+        `circulant.folded`)
+    gaps, row : m, in and out: gaps in folded order, and the index at which those of the
+        step begin; in: without the rotor's part
     """
     least, most = load(gaps, row) + load(tips, 0), broadcast(0.0)
     for v in range(0, len(tips), FOUR):
@@ -161,9 +162,11 @@ def close_gaps(tips, gaps, row):
 
 @inlined
 def to_modes(push, where, active, radial, tangential, lam):
-    """Set lam (2 m,) to the multipliers' modal forces: normal, then friction over mu.
+    """Compute the modal forces of the multipliers on a rotor: set lam (2 m,).
 
-    push, where : multipliers of the blades where[:active]
+    The first m are those of normal forces, the others those of friction over mu.
+
+    push, where, active : multipliers, N, of the blades in contact, where[:active]
     radial, tangential : (N, m) flat, displacements of tips for unit amplitudes, times
         -1
     """
@@ -183,10 +186,13 @@ def to_modes(push, where, active, radial, tangential, lam):
 
 @kernel
 def settle_general(c_b, c_c, state, copies):
-    """Copy the state to `copies`; apply the last step's contact forces to these.
+    """Copy the states of rotor and ring; complete the last step in the copies.
+
+    That is, the last step's contact forces are applied, and its works and losses added.
+    Samples are computed from the copies.
 
     c_b, c_c : coefficients of the modes of rotor and ring, packed
-    copies : arrays like rotor, ring, sums_b, sums_c of the state
+    copies : out: arrays like rotor, ring, sums_b, sums_c of the state
     """
     t_b, t_c, end_b, end_c = copies
     copy_to(end_b, state.sums_b)
@@ -199,9 +205,10 @@ def settle_general(c_b, c_c, state, copies):
 
 @inlined
 def tip_of(rows, blade, q, modes):
-    """Return a displacement, m: row number `blade` of `rows` times amplitudes q.
+    """Return the displacement of one blade's tip, m, from a rotor's amplitudes.
 
     rows : (N, modes) flat, displacement of each blade's tip for unit amplitudes
+    blade, q : number of the blade, whose row is taken; (modes,), amplitudes
     """
     at, even, odd = blade * modes, broadcast(0.0), broadcast(0.0)
     for m in range(0, modes, EIGHT):
@@ -214,9 +221,10 @@ def tip_of(rows, blade, q, modes):
 def farthest(limit, q, rotor):
     """Return the largest magnitude of a tip's displacement (radial, tangential), m.
 
-    If a bound for all tips is below `NEAR` times the limit, the bound is returned.
+    It is compared with the limit at which a march stops. If a bound for all tips is
+    below `NEAR` times the limit, the bound is returned instead.
 
-    q : predicted amplitudes of the rotor; limit : m
+    limit, q : m; predicted amplitudes of the rotor
     """
     reach, modes = broadcast(0.0), len(rotor.reach)
     for m in range(0, modes, FOUR):
@@ -234,15 +242,19 @@ def farthest(limit, q, rotor):
 @rare
 def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
                ledger):  # fmt: skip
-    """Raise ledger[SLIP], m/s, to the slip of blades in contact in the last step.
+    """Raise ledger[SLIP], m/s, to the largest slip of blades in contact in a step.
 
-    There are k slots, one for each nodal diameter, padded.
+    The step is the last one; see `contact.note_slip`.
 
-    last : step of each blade's last contact; known : active blades
-    slip_b : (2 m,), its second half has q_{n+1} - q_{n-1} of the modes' amplitudes, on
-        which friction does work
-    slip_c : (2 k,), see `passes.slip_of`
-    tangential, turns : the tips' motion by the modes; see `CyclicContact`
+    slip_b : (2 m,), its second half has q_{n+1} - q_{n-1} of the rotor's amplitudes
+    slip_c : (2 k,), m, tangential motion of the casing over the same two steps, a
+        spectrum of k nodal diameters, padded
+    tangential, turns : (N, m) flat, tangential displacements of the tips for unit
+        amplitudes, times -1; (N, 2 k) flat, cos and -sin of each nodal diameter at each
+        blade
+    known, last : blades in contact in the last solution, see `ConstantSpace`; (N,),
+        number of the step of each blade's last contact
+    step : dt, s
     """
     modes, width = len(slip_b) // 2, len(slip_c)
     own = slip_b[modes:]
@@ -258,9 +270,10 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
 
 @rare
 def write_tips(rotor, q, whole, tips):
-    """Write the displacement of the centre to tips[N]; if `whole`, of all tips, too.
+    """Compute the displacement of the centre and, if `whole`, of all tips: set `tips`.
 
-    tips : (N + 1, 2), m, out: radial and tangential of each tip, then x_o, y_o
+    tips : (N + 1, 2), m, out: radial and tangential of each tip; in the last row x_o,
+        y_o
     q : amplitudes of the rotor
     """
     blades, modes = len(tips) - 1, len(q)
@@ -275,18 +288,20 @@ def write_tips(rotor, q, whole, tips):
 @rare
 def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, energies,
                    less, keep, judge, tracks):  # fmt: skip
-    """Write a sample of copies of the state to which contact forces have been applied.
+    """Write a sample of the traces, a row of evidence, or both, for the present step.
 
-    At a row of evidence with contact, the gaps between the bodies are compared with the
-    solved ones, which are in `gaps` from `row` on.
+    They are computed from copies of the state, in which the last step is completed. At
+    a row of evidence with contact, the gaps between the bodies are compared with those
+    of the contact problem (see `samples`), which are in `gaps` from `row` on.
 
     Parameters
     ----------
+    mu, gap : friction with the sign of the speed; m, clearance at this step
     space : `GeneralSpace` with the copies, the spectrum of the casing's shape in
         `wall`, and after a step with contact the tips of the copies in `out`
-    energies : energies of the copies, J
+    energies : (2,), energies of rotor and ring in the copies, J
     less : J, subtracted from the summed loss: for waves the rotor's energy, else 0
-    keep, judge : as in `contact.write_sample`
+    keep, judge : whether to write a sample of the traces; a row of the evidence
     """
     counter, ledger = state.counter, state.ledger
     _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole, _, _ = (
@@ -314,7 +329,10 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
 
 
 def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
-    """Return the work space of the general kernel, no part of a saved march."""
+    """Return the work space of the general kernel, which is not saved with the state.
+
+    arrays, state : constant arrays of the kernel; the march's state
+    """
     check_sizes("general", arrays, state, own_sizes(arrays, state))
     blades, wide = len(state.last), len(state.gaps) // 6
     modes, width = len(arrays.rotor.hub) // 2, len(state.sums_c) // 2
@@ -333,7 +351,10 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
 
 
 def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
-    """Return (name, array, required number of values) of the rotor's arrays."""
+    """Return (name, array, required number of values) of the rotor's arrays.
+
+    They are checked by `cyclic.check_sizes` before the first step.
+    """
     blades, rotor = len(state.impulse), arrays.rotor
     modes, (k, _) = len(rotor.hub) // 2, widths(blades)
     modes = modes // EIGHT * EIGHT
@@ -383,15 +404,18 @@ def _of_waves(
 
 
 def marching(waves):
-    """Return the time loop for a rotor as waves if `waves`, else as real modes."""
+    """Return the time loop of the general kernel, to be compiled.
+
+    waves : whether the rotor is represented by waves (`whole`) instead of real modes
+    """
 
     def march(
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
         state, tracks, space,
     ):  # fmt: skip
-        """Integrate rotor and ring over `steps` steps, see `bodies.march_bodies`.
+        """Integrate rotor and ring over `steps` steps, or until the march has to stop.
 
-        space : result of `general_space`
+        `bodies.march_bodies` explains the arguments; space : result of `general_space`
         """
         force, pulse, lobe = loading
         gamma = rotor.read

@@ -1,11 +1,10 @@
 """Types of the kernels' arguments and states, with shapes, units and frames.
 
-Numba treats a NamedTuple like a tuple; a kernel unpacks it once, at its beginning.
-The suffixes `_b` and `_c` are those of rotor (blades) and casing. There are N blades, k
-slots (nodal diameters), and `wide` columns of the transform to gaps, see
-`cyclic.widths`.
-
-Those of the loop `bodies`, whose casing is in the static frame, come last.
+Numba treats a NamedTuple like a tuple; a kernel unpacks it once, at its beginning. The
+suffixes `_b` and `_c` are those of rotor (blades) and casing. There are N blades and k
+slots, one for each nodal diameter, padded; arrays of all gaps in folded order are (2
+wide,), see `circulant.folded` and `cyclic.widths`. Types of the loop `bodies`, whose
+casing is in the static frame, come last.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from hpcwhirl.arrays import Floats, Integers
 
 
 class Wall(NamedTuple):
-    """The casing without elastic displacement: gap, and departure from the circle.
+    """The casing without elastic motion: clearance, and departure from the circle.
 
     The departure is a sum of harmonics in the static frame, those of a rigid casing's
     lobes and of the profile, w = (a cos h theta + b sin h theta) e^{sigma t}, outward,
@@ -26,17 +25,17 @@ class Wall(NamedTuple):
 
     Attributes
     ----------
-    gap : m, at the time `since`
+    gap : m, clearance of undeformed tips in a round casing, at the time `since`
     lobes : k, number of lobes of the pulse, and of a rigid casing
     orders : (n,), h; n = 0 for a round casing
-    slots, signs : (n,), slot of each harmonic, and -1 where the slot has its conjugate,
-        else 1, see `dynamics.slots.fold`
+    slots, signs : (n,), slot (nodal diameter) of each harmonic, and -1 where the slot
+        has its conjugate, else 1, see `dynamics.slots.fold`
     cosine, sine : (n,), a and b, m
     growth, rise : (n,), sigma, 1/s; time of fading in, s, 0 for none
-    room : m, least gap over all angles, once the shape has faded in
+    room : m, least clearance over all angles, once the shape has faded in
     since : s, start of the interval for which `gap`, `opening`, `ahead` and `bend` are
         valid, see `case.speed.Interval`
-    opening : m/s, rate at which the gap grows
+    opening : m/s, rate at which the clearance grows
     ahead, bend : rad, rad/s^2, terms of the rotor's angle, see `contact.angle_at`
     """
 
@@ -57,9 +56,12 @@ class Wall(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A pulse on the casing: amplitude, N; duration, s; modal forces of a unit force.
+    """A pulse of force on the casing, with lobes around the circumference.
 
-    The modal forces are (modes,) for the casing's modes.
+    Attributes
+    ----------
+    force, pulse : amplitude, N; duration, s
+    modal : (modes,), forces on the casing's modes by a unit force
     """
 
     force: float
@@ -68,7 +70,14 @@ class Load(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """Constant arrays of a scheme's kernel, of types that depend on the scheme."""
+    """The constant arrays that a scheme's kernel gets, as one argument.
+
+    Attributes
+    ----------
+    load : pulse on the casing
+    rotor, casing, contact : coefficients of the bodies and of their contact, of types
+        that depend on the scheme; see `wave_types` and the types below
+    """
 
     load: Load
     rotor: Any
@@ -77,20 +86,22 @@ class Arrays(NamedTuple):
 
 
 class Strides(NamedTuple):
-    """Steps between samples of the traces, and between rows of the evidence."""
+    """Steps between two samples of the traces, and between two rows of evidence."""
 
     traces: int
     evidence: int
 
 
 class Tracks(NamedTuple):
-    """Samples and rows of evidence that a march writes.
+    """The output arrays of a march: samples of the traces, and rows of evidence.
 
     Attributes
     ----------
     centre : (samples, 2), m, displacement of the shaft's centre, rotating frame
-    energy, impulse, fed, lost : (samples,), J, N s, J, J, as in `history.History`
-    tips, blade_impulse : (samples, N, 2), m; (samples, N), N s; (0, ...) if not kept
+    energy, impulse, fed, lost : (samples,): energy of both bodies, J; normal impulse so
+        far, N s; work of rotation and friction so far, J; losses so far, J
+    tips, blade_impulse : (samples, N, 2), m, radial and tangential, rotating frame;
+        (samples, N), N s; (0, ...) if not kept
     rubbed : (samples,), J, cumulative work of friction
     casing : (samples, width), the `width` scheme's casing coordinates; (0, width) if
         not kept
@@ -115,15 +126,17 @@ class Tracks(NamedTuple):
 
 
 class BodiesState(NamedTuple):
-    """State of rotor and casing in `bodies.march_bodies`.
+    """State of rotor and casing in the time loop `bodies.march_bodies`.
 
     Attributes
     ----------
-    q_b, d_b, q_c, d_c : amplitudes or coordinates, and increments in the last step
+    q_b, d_b, q_c, d_c : of rotor (b) and casing (c): modal amplitudes or coordinates,
+        and their increments in the last step
     loss_b, loss_c : damping losses so far, J
     gaps, older : (N,), m, gaps of the last step and of the step before it
-    last : (N,), step of each tip's last contact
-    counter, ledger : entries are named in `contact`
+    last : (N,), number of the step of each tip's last contact
+    counter, ledger : counters of the march; account of works, J: entries are named in
+        `contact`
     impulse : (N,), N s, normal impulse on each tip so far
     worn : (3, M), for each rod of a layer: worn depth, m, work of wear, J, and work of
         the rotation on it, J; M is 0 without a layer
@@ -145,25 +158,29 @@ class BodiesState(NamedTuple):
 
 
 class CyclicState(NamedTuple):
-    """State of the kernels `cyclic` and `general`, in the rotating frame.
+    """State of rotor and ring in the kernels `cyclic`, `general`, `whole` and `points`.
 
-    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
-    list all blades in the order of `circulant.folded`.
+    Amplitudes are in the rotating frame. There are k slots, one for each nodal
+    diameter, padded. Folded arrays, (2 wide,), list all blades in the order of
+    `circulant.folded`.
 
     Attributes
     ----------
-    rotor, ring : amplitudes, then their increments, those of even and those of odd
-        steps, see `passes`; of waves see `waves` and `whole`
-    lam : (4 k,), spectrum of the multipliers of the last step as (re, im), then as (im,
-        -re). In `general` the rotor's modal forces (2 m,), normal and tangential, come
-        before it, in `whole` the array `held` of `whole.push_waves`; in `points` lam is
-        `held` alone
+    rotor, ring : modal amplitudes, then their increments in the last even step, then
+        those in the last odd step, see `passes`; for waves see `waves` and `whole`
+    lam : (4 k,), N, spectrum of the multipliers of the last step as (re, im), then as
+        (im, -re). In `general` the rotor's modal forces (2 m,), normal and tangential,
+        come before it, in `whole` the array `held` of `whole.push_waves`; in `points`
+        lam is `held` alone
     gaps : (3, 2 wide) flat, m, folded gaps of three steps, step n in row n % 3; in
         `whole` without the rotor's displacement, in `points` the clearances alone
-    sums_b : (6 k,), works and losses by slot, see `stepping.pass_modes`; in
-        `general` (3 m,), in `whole` and `points` (3,), see `whole.push_waves`
-    sums_c : (4 k,), the same for the ring; the fourth part is that of the exact flow
-    known : (N + 3 + CHANGES,), active blades of the last solution, see `ConstantSpace`
+    sums_b : (6 k,), J, works and losses of the rotor by slot, see
+        `stepping.pass_modes`; in `general` (3 m,), in `whole` and `points` (3,), see
+        `whole.push_waves`
+    sums_c : (4 k,), J, the same for the ring; the fourth part is the power, W, of
+        `stepping.book_passing`, used by the exact flow
+    known : (N + 3 + CHANGES,), blades in contact in the last solution, see
+        `ConstantSpace`
     last, counter, ledger, impulse : as in `BodiesState`
     """
 
@@ -181,8 +198,10 @@ class CyclicState(NamedTuple):
 
 
 class Ring(NamedTuple):
-    """How a casing's ring is discretised.
+    """How the ring of a casing is discretised.
 
+    Attributes
+    ----------
     kind : RIGID, ELEMENTS or WAVES, see `contact`
     size : number of elements, or highest harmonic
     length : m, of an element
@@ -257,8 +276,10 @@ class LayerSpace(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """Constants of the contact of rotor and casing.
+    """Constants of the contact of rotor and casing in the time loop `bodies`.
 
+    Attributes
+    ----------
     w_rotor, compliance : m/N: (N, N), the rotor's part of the Delassus matrix; (R, R),
         compliance of the ring's R radial coordinates
     ring, lost : kind of the ring; index of the lost blade, -1 for none
@@ -284,9 +305,11 @@ class ContactSpace(NamedTuple):
     w : (N, N), m/N, the Delassus matrix W, transposed
     have : (N,), 1 if a row of `w` has been computed, else 0
     small, right : (N, N + 1), (N,), matrix and right side of the equations of the
-        active blades; the latter becomes their multipliers
-    active, where : (N,), 1 if a blade is active, else 0; (N + 1,), the active blades
-    chosen, held, left : (N,), (N,), (N + 1,), see `pivoting.set_out`
+        blades in contact; the latter becomes their multipliers
+    active, where : (N,), 1 if a blade is in contact, else 0; (N + 1,), these blades
+    chosen, held, left : (N,), (N,), (N + 1,), for pivoting: the blades in its table,
+        and the numbers of the variables of the table's rows and columns, see
+        `pivoting.set_out`
     """
 
     response: Floats
@@ -310,7 +333,7 @@ class ConstantSpace(NamedTuple):
 
     Attributes
     ----------
-    push : (padded,), multipliers of the active blades, N
+    push : (padded,), multipliers of the active blades (those in contact), N
     known : (N + 3 + CHANGES,), array of the state: the active blades of the last
         solution; their number, whether their inverse is sound, the number of changes
         since it was computed anew, and these changes, see `keep_inverse`
@@ -319,14 +342,17 @@ class ConstantSpace(NamedTuple):
     rows : (N, 2 wide) flat, m/N; row j: change of all gaps, folded, due to a unit
         multiplier on blade j
     where : (N + 1,), the active blades
-    fallback, near, lam, opened : work space and arguments of `circulant.pivot`
+    fallback : work arrays of pivoting, used if faster ways fail
+    near, lam, opened : (N,), arguments of `circulant.pivot`: gaps without contact, m,
+        multipliers, N, and gaps with contact, m
     work : (4 padded,), work space of `keep_inverse`
     again : (2 wide,), folded gaps with the multipliers acting, m
-    symbol, wave : spectrum (2 k,), m/N, of a circulant W, times 2 / N (slots 0 and
-        N / 2: 1 / N); argument of `passes.to_gaps`. Empty for other W or a transform
-        that is not split
-    spectrum, spread : (4 k,), spectrum of the multipliers, then that of the change of
-        gaps that they cause; work space of `transform.to_slots`. Empty like `symbol`
+    symbol, wave : spectrum (2 k,), m/N, of a circulant W, times 2 / N (slots 0 and N /
+        2: 1 / N); argument of `passes.to_gaps`. Empty for other W or a transform that
+        is not split
+    spectrum, spread : (4 k,), spectrum of the multipliers, N, then that of the change
+        of gaps that they cause, m; work space of `transform.to_slots`. Empty like
+        `symbol`
     """
 
     push: Floats
@@ -347,17 +373,17 @@ class ConstantSpace(NamedTuple):
 
 
 class ModalBody(NamedTuple):
-    """A body as modes, of amplitude q and increment d = q_n - q_{n-1}.
+    """A body as uncoupled modes, of amplitude q and increment d = q_n - q_{n-1}.
 
     Attributes
     ----------
     keep, pull, give : (m,), coefficients of a step, see `timestep.recursion`
     rate : (m,), damping loss of a step over (q_{n+1} - q_{n-1})^2
     omega : (m,), rad/s
-    read : (m, r), the r radial coordinates for unit amplitudes; of the rotor: tips,
-        x_o, y_o
-    radial, tangential : (r, m), coordinates on which multipliers act, for unit
-        amplitudes; of the rotor: tips
+    read : (m, r), the body's r radial coordinates for unit amplitudes; of the rotor:
+        tips, x_o, y_o
+    radial, tangential : (r, m), coordinates on which multipliers and their friction
+        act, for unit amplitudes; of the rotor: tips
     """
 
     keep: Floats
@@ -450,7 +476,7 @@ class DenseBody(NamedTuple):
     ----------
     keep, pull, inverse : A^-1 (M/dt^2 - D/2dt), A^-1 K, A^-1
     mass, stiffness, damping : M, K, D
-    push : S (n, n), circulatory; (0, 0) for a body without it
+    push : S (n, n), matrix of circulatory forces; (0, 0) for a body without them
     stand : forces of supports that no constant matrix represents
     radial, tangential, centre : indices of the coordinates that are radial, tangential,
         and x_o, y_o, if the body has them

@@ -1,7 +1,7 @@
-"""One pass over the amplitudes of a body: complete the last step, predict the next.
+"""Arithmetic of one pass over a body's amplitudes: complete a step, predict the next.
 
-Amplitudes are complex, one for the two phases of a double mode, and sorted in rows:
-row f holds the f-th mode of every slot (nodal diameter). A step of any mode is
+Amplitudes are complex, one for the two phases of a double mode, and sorted in rows: row
+f holds the f-th mode of every slot (nodal diameter). A step of any mode is
 
 d' = keep d - pull q + give f,   q' = q + d',
 
@@ -63,22 +63,31 @@ ITEMS = 22
 
 
 def packed(items: Floats) -> Floats:
-    """Return modes' coefficients (ITEMS, modes) packed as kernels read them, flat."""
+    """Return the coefficients of modes as the flat array that kernels read.
+
+    Each coefficient of four neighbouring modes is contiguous in it.
+
+    items : (ITEMS, modes), a row for each coefficient, such as `KEEP`
+    """
     apart = items.reshape(ITEMS, -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
 
 def unpacked(items: Floats) -> Floats:
-    """Return packed coefficients of modes as an array (ITEMS, modes), a copy."""
+    """Return the coefficients of modes, (ITEMS, modes), a copy, from their flat array.
+
+    items : flat, as `packed` returns it
+    """
     return items.reshape(-1, ITEMS, FOUR).transpose(1, 0, 2).reshape(ITEMS, -1)
 
 
 def filled_rows(items: Floats, k: int) -> Integers:
-    """Return the largest number of modes at each four neighbouring slots, (k/4,).
+    """Return how many rows of modes each group of four nodal diameters has, (k/4,).
 
-    There are k slots, one for each nodal diameter, padded.
+    It is the largest number of modes of one of the four; k is the number of nodal
+    diameters, padded. A pass leaves out the further, empty rows.
 
-    items : packed; the modes of a slot are in its first rows
+    items : packed coefficients; the modes of a nodal diameter are in its first rows
     """
     there = (unpacked(items)[KEEP] != 0.0).reshape(-1, k // FOUR, FOUR).any(axis=2)
     rows = np.arange(1, len(there) + 1)[:, None]
@@ -87,9 +96,9 @@ def filled_rows(items: Floats, k: int) -> Integers:
 
 @inlined
 def holds(c, m):
-    """Return whether one of the columns m .. m + 3 has a mode and is not padding.
+    """Return whether any of the four places m .. m + 3 has a mode, and is not padding.
 
-    c : packed coefficients of all modes
+    c : packed coefficients of all modes; without a mode they are 0
     """
     at = m * ITEMS + KEEP * FOUR
     return c[at] != 0.0 or c[at + 1] != 0.0 or c[at + 2] != 0.0 or c[at + 3] != 0.0
@@ -97,7 +106,7 @@ def holds(c, m):
 
 @inlined
 def item(c, which, m):
-    """Return coefficient number `which` of mode m.
+    """Return coefficient number `which`, such as `OMEGA`, of mode m.
 
     c : coefficients of all modes, packed as this module explains
     """
@@ -106,11 +115,12 @@ def item(c, which, m):
 
 @inlined
 def places(counter, size):
-    """Return where increments of this step and of the one before begin in a state.
+    """Return where the increments of this step and of the step before begin in a state.
 
-    counter : counters of the state, among them the step number The state (3 size,) of a
-        body has the amplitudes, then the increments of the last even step and those of
-        the last odd step.
+    The state (3 size,) of a body has the amplitudes, then the increments of the last
+    even step, then those of the last odd step; the two results are indices in it.
+
+    counter : counters of the march, among them the number of the step
     """
     odd = counter[STEP] & 1
     return (1 + odd) * size, (2 - odd) * size
@@ -118,11 +128,14 @@ def places(counter, size):
 
 @inlined
 def push_rotor(c, at, push):
-    """Return what contact adds to amplitudes of four modes, and to their increments.
+    """Return what contact adds to the amplitudes of four rotor modes in a step.
 
-    c, at : coefficients of all modes, packed, and where those of the four begin
-    push : two vectors, entries of the multipliers' spectrum at the slots of these modes
-        as (re, im), and as (im, -re)
+    It adds the same to their increments.
+
+    c, at : coefficients of all modes, packed, and the index in c at which those of the
+        four begin
+    push : two vectors, N, entries of the multipliers' spectrum at the slots (nodal
+        diameters) of these modes, as (re, im), and as (im, -re)
     """
     change = load(c, at + ALONG * FOUR) * push[1]
     return fma(load(c, at + NORMAL * FOUR), push[0], change)
@@ -130,12 +143,14 @@ def push_rotor(c, at, push):
 
 @inlined
 def push_ring(c, at, push):
-    """Return (re, im) of what contact adds to amplitudes of four modes of the ring.
+    """Return what contact adds to amplitudes of four ring modes in a step, (re, im).
 
     It adds the same to their increments.
 
-    c, at : coefficients of all modes, packed, and where those of the four begin
-    push : two vectors, re and im of the multipliers' spectrum at the slots of the modes
+    c, at : coefficients of all modes, packed, and the index in c at which those of the
+        four begin
+    push : two vectors, N, re and im of the multipliers' spectrum at the slots (nodal
+        diameters) of the modes
     """
     a, b = load(c, at + NORMAL * FOUR), load(c, at + ALONG * FOUR)
     return fma(a, push[0], b * push[1]), fnma(b, push[0], a * push[1])
@@ -143,15 +158,21 @@ def push_ring(c, at, push):
 
 @inlined
 def turn(er, ei, re, im):
-    """Return re and im of four complex products (er + i ei) (re + i im)."""
+    """Return four complex products (er + i ei) (re + i im) as (re, im).
+
+    So the amplitudes of ring modes are turned by a step of the rotor, E = er + i ei.
+    """
     return fnma(ei, im, er * re), fma(er, im, ei * re)
 
 
 @inlined
 def ahead_rotor(c, at, q, d):
-    """Return amplitudes q' and increments d' = q' - q of four modes after a free step.
+    """Predict four rotor modes a step ahead, without contact: return (q', d').
 
-    c, at : coefficients of all modes, packed, and where those of the four begin
+    They are the amplitudes and the increments d' = q' - q.
+
+    c, at : coefficients of all modes, packed, and the index in c at which those of the
+        four begin
     q, d : amplitudes, and their increments in the step before
     """
     d = fnma(load(c, at + PULL * FOUR), q, load(c, at + KEEP * FOUR) * d)
@@ -160,11 +181,14 @@ def ahead_rotor(c, at, q, d):
 
 @inlined
 def ahead_ring(c, at, y, d):
-    """Return amplitudes and increments of four modes of the ring after a free step.
+    """Predict four ring modes a step ahead, without contact: return (y', d').
 
-    c, at : coefficients of all modes, packed, and where those of the four begin
-    y, d : (re, im) of the amplitudes, and of their increments in the step before; the
-        results are pairs like them
+    They are the amplitudes and the increments, each a pair (re, im), in the rotating
+    frame of the end of the step.
+
+    c, at : coefficients of all modes, packed, and the index in c at which those of the
+        four begin
+    y, d : (re, im) of the amplitudes, and of their increments in the step before
     """
     er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
     keep, pull = load(c, at + KEEP * FOUR), load(c, at + PULL * FOUR)
@@ -176,12 +200,14 @@ def ahead_ring(c, at, y, d):
 
 @inlined
 def work_rotor(c, at, both, works):
-    """Return the sums `works`, for the work of contact forces, with four modes added.
+    """Add four rotor modes to the sums `works` for the work of contact; return them.
 
-    c, at : coefficients of all modes, packed, and where those of the four begin
-    both : dt (v- + v+), v- and v+ the velocities before and after the step's impulse
-    works : factors of the multipliers' spectrum in twice a step's work: normal; drag
-        over mu, re and im
+    c, at : coefficients of all rotor modes, packed, and the index in c at which those
+        of the four begin
+    both : dt (v- + v+) of these modes, v- and v+ their velocities before and after the
+        contact impulse of a step
+    works : three vectors, m, factors by which the multipliers' spectrum is multiplied
+        in twice the work of a step: of normal forces; of friction over mu, re and im
     """
     normal, re, im = works
     normal = fma(load(c, at + RADIAL * FOUR), both, normal)
@@ -191,12 +217,15 @@ def work_rotor(c, at, both, works):
 
 @inlined
 def work_ring(c, at, br, bi, works):
-    """Return the sums `works`, for the work of contact forces, with four modes added.
+    """Add four ring modes to the sums `works` for the work of contact; return them.
 
-    c, at : as in `work_rotor`
-    br, bi : re and im of `both` as in `work_rotor`
-    works : as in `work_rotor`, but four vectors: re and im for the normal force, re and
-        im for the drag
+    c, at : coefficients of all ring modes, packed, and the index in c at which those of
+        the four begin
+    br, bi : re and im of dt (v- + v+) of these modes, v- and v+ their velocities before
+        and after the contact impulse of a step
+    works : four vectors, m, factors by which the multipliers' spectrum is multiplied in
+        twice the work of a step: re and im for normal forces, re and im for friction
+        over mu
     """
     normal_re, normal_im, drag_re, drag_im = works
     psi = load(c, at + RADIAL * FOUR)
@@ -208,12 +237,14 @@ def work_ring(c, at, br, bi, works):
 
 @inlined
 def book_rotor(sums, width, col, push, works):
-    """Add twice the works of normal forces and of friction to the rotor's sums, J.
+    """Add twice a step's works of contact, J, to the rotor's sums, at four places.
 
-    They are those at four nodal diameters, col .. col + 3; friction's is divided by mu.
+    The works are those of normal forces and of friction over mu at the places col ..
+    col + 3 of a spectrum (re, then im, of all nodal diameters).
 
-    sums, width : (3 width,), works and losses by slot, see `stepping.pass_modes`
-    push, works : as in `push_rotor` and `work_rotor`
+    sums, width : (3 width,), works and losses by place, see `stepping.pass_modes`
+    push, works : spectrum of the multipliers, N, as in `push_rotor`; sums of
+        `work_rotor` over the modes
     """
     normal, re, im = works
     store(sums, col, fma(push[0], normal, load(sums, col)))
@@ -223,11 +254,14 @@ def book_rotor(sums, width, col, push, works):
 
 @inlined
 def keep_slip(slip, size, col, works):
-    """Store the sums that give the slip, re and im, of four nodal diameters.
+    """Store the factors of the multipliers in friction's work, at four nodal diameters.
 
-    slip : (2 size,), out, see `slip_of`; col : the first of the four
-    works : sums as in `work_rotor` or `work_ring`; the last two, for the drag, are
-        stored
+    From these lengths, m, `slip_of` computes the slip of the tips.
+
+    slip, size : (2 size,), m, out: re, then im
+    col : the first of the four
+    works : sums of `work_rotor` or `work_ring` over the modes, of which the last two,
+        those for friction, are stored
     """
     store(slip, col, works[-2])
     store(slip, size + col, works[-1])
@@ -235,14 +269,15 @@ def keep_slip(slip, size, col, works):
 
 @part
 def slip_of(slip_b, slip_c, k, spectrum):
-    """Set the spectrum (2 k,) of the slip, dt (v- + v+) of casing less tips, m.
+    """Compute dt (v- + v+) of the casing less that of the tips, m: a spectrum (2 k,).
 
-    v- and v+ are tangential velocities before and after the step's impulse. There are k
-    slots, one for each nodal diameter, padded.
+    v- and v+ are velocities along the rotation before and after the step's contact
+    impulse. There are k slots, one for each nodal diameter, padded.
 
-    slip_b : (4 k,), factors of the multipliers' spectrum, as (re, im) and as (im, -re),
-        in the drag's work on the rotor
-    slip_c : (2 k,), factors of its re and im in the drag's work on the ring
+    slip_b, slip_c : (4 k,), (2 k,), m, arrays `slip` of rotor and ring, see
+        `keep_slip`: that of the rotor has factors of the spectrum of the multipliers as
+        (re, im), then as (im, -re)
+    spectrum : (2 k,), out: re, then im
     """
     for c in range(0, k, FOUR):
         real = load(slip_b, c) - load(slip_b, 3 * k + c)
@@ -253,11 +288,14 @@ def slip_of(slip_b, slip_c, k, spectrum):
 
 @inlined
 def book_ring(sums, k, col, push, works):
-    """Add twice the works of normal forces and of friction to the ring's sums, J.
+    """Add twice a step's works of contact, J, to the ring's sums, at four diameters.
 
-    sums, k : (4 k,), works and losses by slot
-    col : first of the four nodal diameters, whose friction works are divided by mu
-    push, works : as in `push_ring` and `work_ring`
+    The works are those of normal forces and of friction over mu.
+
+    sums, k : (4 k,), works and losses by nodal diameter; number of these, padded
+    col : first of the four nodal diameters
+    push, works : (re, im) of the multipliers' spectrum, N; sums of `work_ring` over the
+        modes
     """
     normal_re, normal_im, drag_re, drag_im = works
     work = fma(push[1], normal_im, load(sums, col))
@@ -268,15 +306,15 @@ def book_ring(sums, k, col, push, works):
 
 @inlined
 def load_both(a, size, m):
-    """Return (re, im) of four complex values, from a[m] and from a[size + m] on."""
+    """Return four complex values (re, im): re from a[m], im from a[size + m] on."""
     return load(a, m), load(a, size + m)
 
 
 @inlined
 def store_both(a, size, m, value):
-    """Store four complex values (re, im) where `load_both` reads them.
+    """Store four complex values: re from a[m], im from a[size + m] on.
 
-    a, size, m : as in `load_both`; value : (re, im)
+    a, size, m : array, number of its real parts, index; value : (re, im)
     """
     store(a, m, value[0])
     store(a, size + m, value[1])
@@ -284,14 +322,14 @@ def store_both(a, size, m, value):
 
 @part
 def copy_to(out, values):
-    """Copy the first len(out) entries of `values` to `out`."""
+    """Copy the first len(out) entries of the array `values` to `out`."""
     for i in range(len(out)):
         out[i] = values[i]
 
 
 @rare
 def sum_of(values, first, last):
-    """Return the sum of values[first:last], in order."""
+    """Return the sum of values[first:last], always added in this order."""
     total = 0.0
     for i in range(first, last):
         total += values[i]
@@ -300,11 +338,12 @@ def sum_of(values, first, last):
 
 @inlined
 def sums_of(sums_b, sums_c):
-    """Return three sums over rotor and ring, J, of works and losses so far.
+    """Return three sums over rotor and ring so far, J: normal work, drag work, damping.
 
     They are the works of normal forces and of friction over mu, and the damping loss.
 
-    sums_b, sums_c : works and losses by slot, see `stepping.pass_modes`
+    sums_b, sums_c : (3 m,), (4 n,), works and losses by nodal diameter, of rotor and
+        ring, see `stepping.pass_modes` and `stepping.pass_ring`
     """
     m, n = len(sums_b) // 3, len(sums_c) // 4
     normal = 0.5 * (sum_of(sums_b, m - m, m) + sum_of(sums_c, n - n, n))
@@ -315,13 +354,19 @@ def sums_of(sums_b, sums_c):
 
 @rare
 def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
-    """Apply the pulse to the ring: add its increments to the state s and spectrum out.
+    """Add the effect of the pulse on the casing to the ring's predicted step.
 
-    push, lobe : N; (size,), modal load due to a unit force, static frame
-    sign : -1 if the load's slot has the conjugate, else 1
+    That is, its change of the amplitudes and increments is added to the state s, and
+    its change of the gaps to the spectrum `out`.
+
+    s, c : (6 size,), state of the ring; coefficients of its modes, packed
+    push, lobe : N, force of the pulse; (size,), modal forces of a unit force, static
+        frame
+    sign : -1 if the harmonic of the pulse is the conjugate of its slot's, else 1
     angle : rad, number of lobes times the rotor's angle
-    counter : counters at the step that has been predicted
-    c : coefficients of the ring's modes, packed
+    counter : counters of the march, at the step that has been predicted
+    out, k : (2 k,), m, spectrum of the ring's part of the gaps; number of slots (nodal
+        diameters, padded)
     """
     then, _ = places(counter, 2 * size)
     for m in range(size):
@@ -340,7 +385,8 @@ def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
 def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
     """Return the work of the pulse on the ring in the last step, J.
 
-    lam : re and im of the multipliers' spectrum in its first 2 k
+    lam : N, re, then im, of the spectrum of the step's multipliers, in the first 2 k
+
     Arguments not listed are those of `push_pulse`.
     """
     total, touched = 0.0, counter[LAST] == counter[STEP]
@@ -368,7 +414,7 @@ def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
 def one_norm(spectrum, width):
     """Return the sum of |re| + |im| of a spectrum: a bound of its value at every blade.
 
-    spectrum : its re and im, in the first `width` entries
+    spectrum : its real and imaginary parts, the first `width` entries, m
     """
     total = broadcast(0.0)
     for c in range(0, width, FOUR):
@@ -379,10 +425,10 @@ def one_norm(spectrum, width):
 
 @inlined
 def at_four(spectrum, wave, gap, k, wide, j):
-    """Return (even, odd), m, the parts of gaps by cos and by sin at blades j .. j + 3.
+    """Return the parts of gaps, m, that are sums of cosines and of sines: (even, odd).
 
-    Arguments are those of `to_gaps`. The gaps of these blades are even - odd, those of
-    blades N - j even + odd.
+    They are those of blades j .. j + 3: the gaps are even - odd, and even + odd at the
+    blades N - j. Arguments are those of `to_gaps`.
     """
     even, odd = broadcast(gap), broadcast(0.0)
     for c in range(k):
@@ -393,9 +439,10 @@ def at_four(spectrum, wave, gap, k, wide, j):
 
 @inlined
 def at_twelve(spectrum, wave, gap, k, wide, j):
-    """Return `at_four` at blades j, j + 4, j + 8, computed at once to hide latency.
+    """Return (even, odd), the result of `at_four`, for blades j, j + 4 and j + 8 on.
 
-    Arguments are those of `at_four`; the result has three pairs (even, odd).
+    The three pairs are computed together to hide the latency of the processor's units.
+    Arguments are those of `at_four`.
     """
     first = second = third = broadcast(gap)
     one = two = three = broadcast(0.0)
@@ -413,9 +460,13 @@ def at_twelve(spectrum, wave, gap, k, wide, j):
 
 @inlined
 def unfold_four(parts, gaps, row, wide, j, least):
-    """Store gaps of blades j .. j + 3 and N - j .. N - j - 3 in a folded row of gaps.
+    """Store the gaps of blades j .. j + 3 and N - j .. N - j - 3 in an array of gaps.
 
-    Return the elementwise minimum of these gaps and `least`; parts : see `at_four`.
+    Return the elementwise minimum of these gaps and the four numbers `least`, m.
+
+    parts : (even, odd), m, result of `at_four`
+    gaps, row, wide : array in which the gaps of blades j begin at index `row`, those of
+        blades N - j at row + wide
     """
     even, odd = parts
     here, there = even - odd, even + odd
@@ -426,7 +477,7 @@ def unfold_four(parts, gaps, row, wide, j, least):
 
 @inlined
 def lowest_of(least, gap):
-    """Return the lowest of five numbers: the four of `least`, and `gap`."""
+    """Return the lowest gap, m, of the vector `least` and the number `gap`."""
     lowest = gap
     for i in range(FOUR):
         lowest = min(lowest, element(least, i))
@@ -437,10 +488,12 @@ def lowest_of(least, gap):
 def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
     """Compute the gaps of all blades from their spectrum; return the lowest gap, m.
 
-    wave : (2 k, wide), flat: cos and sin of every slot at blades j = 0 .. N // 2, then
-        padding; followed by N and its split in two factors, see `transform`
-    gap : m, clearance
-    gaps, row : out: gaps[row : row + 2 wide], of blades j, then of N - j
+    spectrum : (2 k,), m, re, then im, of the k nodal diameters, padded
+    wave : (2 k, wide), flat: cos and sin of every nodal diameter at blades j = 0 .. N
+        // 2, then padding; followed by N and its split in two factors, see `transform`
+    gap : m, clearance, which is added to all gaps
+    gaps, row : m, out: from index `row` on, `wide` gaps of blades j, then `wide` of
+        blades N - j
     """
     if get(wave, 2 * k * wide + SPAN) > 0.0:
         return lowest_of(to_gaps_split(spectrum, wave, gap, k, wide, gaps, row), gap)
@@ -458,8 +511,9 @@ def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
 
 @rare
 def to_gaps_seldom(spectrum, wave, gap, k, wide, gaps, row):
-    """Compute gaps from a spectrum for callers that run in few steps, like `to_gaps`.
+    """Compute the gaps of all blades from their spectrum; return the lowest gap, m.
 
-    Arguments and result are those of `to_gaps`.
+    It is `to_gaps`, with its arguments, compiled once for callers that run in few
+    steps.
     """
     return to_gaps(spectrum, wave, gap, k, wide, gaps, row)

@@ -66,10 +66,11 @@ ASIDE = ("rotor", "ring", "sums_b", "sums_c", "counter")  # changed by a jump
 
 @part
 def at_blade(spectrum, turns, j, width):
-    """Return the value of a spectrum G at blade j, Re sum_k G_k e^{2 pi i k j / N}.
+    """Return the value at blade j of a spectrum G: Re sum_k G_k e^{2 pi i k j / N}.
 
-    width : twice the number of slots (nodal diameters), padded
-    spectrum : (width,), re, then im of G; turns : (N, width) flat, cos and -sin
+    spectrum : (width,), re, then im, of G at all nodal diameters k
+    turns, width : (N, width) flat, cos and -sin of 2 pi k j / N; twice the number of
+        nodal diameters, padded
     """
     total = 0.0
     for i in range(width):
@@ -79,10 +80,14 @@ def at_blade(spectrum, turns, j, width):
 
 @rare
 def read_tips(q, c, hub, turns, width, work, tips):
-    """Set rows 0 .. N - 1 of tips (N + 1, 2), m: radial, tangential displacement.
+    """Compute the radial and tangential displacements of all tips, m: set tips[:N].
 
-    q, c : amplitudes of modes by nodal diameter, and their coefficients, packed
-    turns : (N, width) flat, cos and -sin of each slot at each blade; work : (width,)
+    q, c : amplitudes of the rotor's modes by nodal diameter; their coefficients, packed
+    hub, width : (2, size), of which only the size is used; twice the number of nodal
+        diameters, padded
+    turns, work : (N, width) flat, cos and -sin of each nodal diameter at each blade;
+        (width,), work space
+    tips : (N + 1, 2), out; its last row is left as it is
     """
     size = hub.shape[1]
     k, blades = width // 2, len(tips) - 1
@@ -105,19 +110,21 @@ def read_tips(q, c, hub, turns, width, work, tips):
 
 @verb
 def along_of(rotor, q, rows, k, out):
-    """Set out (2 k,) to a spectrum: minus the tangential displacement of all tips, m.
+    """Compute the tangential displacement of all tips times -1, m, as a spectrum.
 
-    q, rows : amplitudes of the rotor, in `rows` rows of k slots, re and im
+    q, rows : amplitudes of the rotor, re and im, in `rows` rows of k nodal diameters
+        (padded)
+    out : (2 k,), out: re, then im
     """
 
 
 @does(along_of, CyclicRotor)
 @inlined
 def along_of_modes(rotor, q, rows, k, out):
-    """Set out (2 k,) to a spectrum: minus the tangential displacement of all tips, m.
+    """Compute the tangential displacement of all tips times -1, m, as a spectrum.
 
     The implementation of `along_of`, with its arguments, for a rotor's modes by nodal
-    diameter. There are k slots, one for each nodal diameter, padded.
+    diameter.
     """
     c = rotor.items
     for col in range(0, k, FOUR):
@@ -134,10 +141,10 @@ def along_of_modes(rotor, q, rows, k, out):
 
 @inlined
 def radial_bound(q, c, size, width):
-    """Return a bound of the radial displacement of all tips, m.
+    """Return an upper bound, m, of the radial displacement of any tip.
 
-    q, c : amplitudes of modes by nodal diameter, and their coefficients, packed
-    size, width : number of real amplitudes; of slots, re and im
+    q, c : amplitudes of the rotor's modes by nodal diameter; their coefficients, packed
+    size, width : number of amplitudes; twice the number of nodal diameters, padded
     """
     total = broadcast(0.0)
     for col in range(0, width, FOUR):
@@ -154,9 +161,10 @@ def radial_bound(q, c, size, width):
 
 @inlined
 def read_centre(q, hub, tips):
-    """Set the last row of tips (N + 1, 2), m, to the centre's x_o, y_o.
+    """Compute the displacement of the shaft's centre: set the last row of tips, m.
 
-    q, hub : amplitudes; (2, size), x_o and y_o for unit amplitudes
+    q, hub : amplitudes of the rotor; (2, size), x_o and y_o for unit amplitudes
+    tips : (N + 1, 2), m, rotating frame, out: x_o, y_o in the last row
     """
     for axis in range(2):
         total = 0.0
@@ -168,15 +176,20 @@ def read_centre(q, hub, tips):
 @verb
 def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Write a sample of a state, from a copy with all contact forces applied.
+    """Write a sample of the traces, a row of evidence, or both, from a copy of a state.
 
-    The copy is in `sample`, a `wave_types.SampleSpace`.
+    In the copy, which is in `sample` (`wave_types.SampleSpace`), the last step is
+    completed. Tips are computed only if they are stored. At a row of evidence with
+    contact, the gaps are compared with those of the contact problem, which are in
+    state.gaps from `row` on.
 
-    Tips are computed only if they are stored. At a row of evidence with contact, the
-    gaps are compared with the solved ones, which are in state.gaps from `row` on.
-
-    energies, works : results of `energies_of` and `column_sums` for the copy
-    keep, judge : as in `contact.write_sample`
+    mu, gap : friction with the sign of the speed; m, clearance at this step
+    c_c : coefficients of the ring's modes, packed
+    turns, wave : (N, 2 k) flat, cos and -sin of each nodal diameter at each blade; as
+        in `passes.to_gaps`
+    energies, works : results of `stepping.energies_of` and `column_sums` for the copy,
+        J
+    keep, judge : whether to write a sample of the traces; a row of the evidence
     """
 
 
@@ -184,10 +197,10 @@ def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 @rare
 def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Write a sample of a rotor's modes, from a copy with all contact forces applied.
+    """Write a sample of the traces, a row of evidence, or both, from a copy of a state.
 
-    The implementation of `sample_rotor`, which explains the arguments, for modes by
-    nodal diameter.
+    The implementation of `sample_rotor`, which explains the arguments, for a rotor's
+    modes by nodal diameter.
     """
     counter, ledger, impulse = state.counter, state.ledger, state.impulse
     t_b, t_c, (c_b, hub) = sample.rotor, sample.ring, rotor
@@ -204,11 +217,12 @@ def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 
 @rare
 def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
-    """Write a sample of a state with `works` entered in a copy of its ledger.
+    """Write a sample or a row of evidence, with `works` added to a copy of the ledger.
 
-    works, loss : result of `stepping.column_sums`; J, energy taken by damping
+    works, loss : J, result of `stepping.column_sums`; J, energy taken by damping so far
+    energies : (2,), energies of rotor and ring, J
     sample : `wave_types.SampleSpace`; its ledger becomes the copy
-    keep, judge : as in `contact.write_sample`
+    keep, judge : whether to write a sample of the traces; a row of the evidence
     """
     whole, (rotation, impact, drag, _) = sample.ledger, works
     copy_to(whole, state.ledger)
@@ -222,7 +236,11 @@ def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
 
 
 def sample_space(state: CyclicState, blades: int, width: int) -> SampleSpace:
-    """Return the work space for samples of a state, see `wave_types.SampleSpace`."""
+    """Return work space for samples of a state: copies of the bodies, spectra, tips.
+
+    state, blades : state of the cyclic kernel; N
+    width : twice the number of nodal diameters, padded
+    """
     return SampleSpace(
         np.zeros(len(state.rotor)), np.zeros(len(state.ring)),
         np.zeros(len(state.sums_b)), np.zeros(len(state.sums_c)), np.zeros(width),
@@ -242,7 +260,10 @@ def aside_space(state: CyclicState) -> CyclicState:
 
 @part
 def put_aside(state, aside):
-    """Copy to `aside` those parts of a state that a jump changes."""
+    """Copy those arrays of a state that a jump changes to `aside`, before the jump.
+
+    Samples within the jump are computed from `aside`, the result of `aside_space`.
+    """
     copy_to(aside.rotor, state.rotor)
     copy_to(aside.ring, state.ring)
     copy_to(aside.sums_b, state.sums_b)
@@ -256,11 +277,13 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
                  space, tracks, sizes):  # fmt: skip
     """Write the samples of the traces within a jump, from copies of the state.
 
-    Samples of the traces do not end a jump, so that the motion is the same whichever
-    traces are kept.
+    The copies are moved from the jump's start to each sample. Samples of the traces do
+    not end a jump, so that the motion is the same whichever traces are kept.
 
     begun, stride : step at which the jump began; steps between samples
-    mu, gap : friction with the sign of the speed; m
+    step, mu, gap : dt, s; friction with the sign of the speed; clearance, m
+    c_c, flight : coefficients of the ring's modes, packed; `wave_types.Flight`
+    space, sizes : `wave_types.CyclicSpace`; `wave_types.Sizes`
     """
     aside, sample, (_, rows, ring_rows, k, _) = space.aside, space.sample, sizes
     counter, own, yes = state.counter, aside.counter, stride > 0
@@ -291,12 +314,14 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
 
 @njit(cache=True)
 def note_miss(actual, solved, u, gap, ledger):
-    """Raise ledger[MISS] to the largest error of the solved gaps, if this is larger.
+    """Raise ledger[MISS] to the largest error of a step's solved gaps, if larger.
 
-    The error of a gap is |actual - solved| / (gap + |u| + |actual|).
+    The error is the largest |actual - solved| over (gap + largest |u| + largest
+    |actual|).
 
-    actual, solved, u : (N,) or more, m: gaps computed from the amplitudes, corrected
-        gaps of the contact problem, displacements of the tips
+    actual, solved, u : (N,) or more, m: gaps computed from the amplitudes, gaps of the
+        contact problem (g + W lambda), displacements of the tips
+    gap : m, clearance
     """
     worst, reach, apart = 0.0, 0.0, 0.0
     for j in range(len(actual)):
@@ -309,14 +334,16 @@ def note_miss(actual, solved, u, gap, ledger):
 
 @rare
 def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
-    """Raise ledger[MISS] to the largest error of solved gaps, as `note_miss` does.
+    """Raise ledger[MISS] to the largest error of a step's solved gaps, if larger.
 
-    Both are folded: `again` (2 wide,), m, computed from the amplitudes, and `gaps`.
-    Entries that repeat a blade are not compared, since pivoting does not correct them.
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    The error is defined in `note_miss`. Arrays are in folded order (see
+    `circulant.folded`). Entries that repeat a blade are not compared, since pivoting
+    does not correct them.
 
-    reach : bound of the tips' displacements, m
-    gaps, row : corrected gaps in folded rows, and where the row of this step begins
+    again : (2 wide,), m, gaps computed from the amplitudes
+    gaps, row : m, gaps of the contact problem, and the index at which those of this
+        step begin
+    reach, gap, blades : m, bound of the tips' displacements; m, clearance; N
     """
     worst, apart = 0.0, 0.0
     for j in range(blades):
@@ -329,11 +356,11 @@ def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
 
 @rare
 def add_ring(t, c, k, spectrum):
-    """Add the ring's displacement in a state t to a spectrum (2 k,), m.
+    """Add the ring's radial displacement to the spectrum of the gaps (2 k,), m.
 
-    There are k slots, one for each nodal diameter, padded.
-
-    t, c : state without pending step; packed items of the modes, see `passes`
+    t, c : (6 size,), state of the ring, after the last step's contact forces;
+        coefficients of its modes, packed
+    k : number of slots (nodal diameters, padded)
     """
     size = len(t) // RING_STATE
     for m in range(size):
@@ -345,17 +372,19 @@ def add_ring(t, c, k, spectrum):
 @rare
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
-    """Raise ledger[MISS] to the error of the solved gaps of a step, if this is larger.
+    """Raise ledger[MISS] to the largest error of a step's solved gaps, if larger.
 
     The gaps of the contact problem are compared with those computed from states. There
-    are k slots, one for each nodal diameter, padded; folded arrays, (2 wide,), list all
-    blades in the order of `circulant.folded`.
+    are k slots, one for each nodal diameter, padded; arrays (2 wide,) list all blades
+    in folded order (see `circulant.folded`).
 
-    t_b, t_c : states of rotor and ring of the cyclic kernel, without pending forces
+    t_b, t_c : states of rotor and ring of the cyclic kernel, after the step's contact
+        forces
     c_b, c_c : coefficients of their modes, packed
-    reach : bound of the tips' displacements, m
-    gaps, row : as in `note_miss_folded`
-    spectrum : (2 k,), in: that of the casing's shape; out: that of the gaps
+    reach, gap : bound of the tips' displacements, m; clearance, m
+    gaps, row : m, gaps of the contact problem, and the index at which those of this
+        step begin
+    spectrum : (2 k,), m, in: that of the casing's shape; out: that of the gaps
     again : (2 wide,), out: gaps computed from the states, m
     """
     width, size = len(spectrum), len(t_b) // ROTOR_STATE

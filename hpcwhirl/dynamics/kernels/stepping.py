@@ -1,9 +1,11 @@
-"""A pass over rotor and ring, for central differences and for the exact flow.
+"""The pass over all modes in a time step, for central differences and the exact flow.
 
-Both complete the last step, with works and losses, and predict the next, see `passes`.
-They differ in how a step ends, which is chosen by the type of the argument `way` when a
-kernel is compiled: `differences.CENTRAL` or `flow.EXACT`. With the exact flow no step
-is pending after a jump, and the ring's sums have a fourth part.
+Once a step, the time loop passes over the amplitudes of rotor and ring: it completes
+the last step (applies its contact forces, adds its works and losses) and predicts the
+next one without contact forces, see `passes`. The two schemes differ in how a step
+ends, which the type of the argument `way` chooses when a kernel is compiled:
+`differences.CENTRAL` or `flow.EXACT`. Functions named settle or end_step complete the
+last step alone, in copies of the states: for samples, and before a jump.
 """
 
 from __future__ import annotations
@@ -37,32 +39,45 @@ from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, GeneralRotor
 
 @verb
 def is_exact(way):
-    """Return whether steps are those of the exact flow."""
+    """Return whether the steps of a march are those of the exact flow.
+
+    way : `differences.CENTRAL` or `flow.EXACT`
+    """
 
 
 @verb
 def end_rotor(way, c, at, q, d, s, old, push, touched, loss, works):
-    """Apply contact forces to four rotor modes after a step; return q, d, loss, works.
+    """End a step of four rotor modes: apply contact forces, add works and losses.
 
-    The sums `loss`, J, and `works`, see `passes.work_rotor`, include these modes then.
+    Return q, d, loss and works, after contact: the sums `loss` (damping loss, J) and
+    `works` (see `passes.work_rotor`) then include these modes.
 
-    c, at : coefficients of all modes, packed, and where those of these four begin
-    q, d : amplitudes, and their increments in this step
-    s, old : state, and index in it of their increments in the step before
-    push, touched : as in `passes.push_rotor`; whether the step had contact
+    way : `differences.CENTRAL` or `flow.EXACT`
+    c, at : coefficients of all modes, packed, and the index in c at which those of the
+        four begin
+    q, d : amplitudes without contact, and their increments in this step
+    s, old : state of the rotor, and the index in it of the increments in the step
+        before
+    push, touched : spectrum of the multipliers, N, as in `passes.push_rotor`; whether
+        the step had contact
     """
 
 
 @verb
 def end_ring(way, c, at, y, d, s, size, old, push, touched, loss, works, passing):
-    """Apply contact forces to four ring modes after a step, as `end_rotor` does.
+    """End a step of four ring modes: apply contact forces, add works and losses.
 
-    Return y, d and the sums loss, works and passing.
+    Return y, d and the sums loss, works and passing, all after contact.
 
-    y, d : (re, im) of the amplitudes, and of their increments in this step
-    s, size, old : as s, old of `end_rotor`; number of modes, padded
-    push, touched : as in `passes.push_ring`; whether the step had contact
-    passing : (re, im), rate at which the deformed ring passes the blades; 0 for central
+    y, d : (re, im) of the amplitudes without contact, and of their increments in this
+        step
+    s, size, old : state of the ring; its number of modes, padded; index in s of the
+        real parts of the increments in the step before
+    push, touched : (re, im) of the multipliers' spectrum, N; whether the step had
+        contact
+    loss, works : damping loss so far, J; sums of `passes.work_ring`
+    passing : (re, im), m/s, sum over the modes of a nodal diameter: rate at which the
+        ring's radius changes at the blades, since they move past it; 0 for central
         differences
     """
 
@@ -71,9 +86,12 @@ def end_ring(way, c, at, y, d, s, size, old, push, touched, loss, works, passing
 def book_passing(sums, k, col, push, passing):
     """Add the power of contact forces moved along the deformed ring, W, to sums[3 k:].
 
-    The entries are those of four nodal diameters, col .. col + 3.
+    The power of four nodal diameters, col .. col + 3, is added to their entries; only
+    the exact flow uses it.
 
-    push, passing : (re, im) of the multipliers' spectrum; see `end_ring`
+    sums, k : (4 k,), works and losses of the ring; number of nodal diameters, padded
+    push, passing : (re, im) of the multipliers' spectrum, N; (re, im), m/s, as in
+        `end_ring`
     """
     carried = fma(push[1], passing[1], load(sums, 3 * k + col))
     store(sums, 3 * k + col, fma(push[0], passing[0], carried))
@@ -81,9 +99,12 @@ def book_passing(sums, k, col, push, passing):
 
 @inlined
 def book_ring_of(way, sums, k, col, push, works, passing):
-    """Add twice the works of contact at four nodal diameters to the ring's sums, J.
+    """Add twice a step's works of contact, J, to the ring's sums, at four diameters.
 
-    way, passing : of the exact flow also the power in `passing` is added
+    way : of the exact flow, `book_passing` is also called
+    sums, k, col : (4 k,), works and losses of the ring; number of nodal diameters,
+        padded; the first of the four
+    push, works, passing : (re, im) of the multipliers' spectrum, N; sums of `end_ring`
     """
     book_ring(sums, k, col, push, works)
     if is_exact(way):
@@ -93,12 +114,14 @@ def book_ring_of(way, sums, k, col, push, works, passing):
 @inlined
 def rotor_columns(way, s, c, lam, rows, width, now, then, waits, touched, out, sums,
                   slip):  # fmt: skip
-    """Predict the next step of all modes of a rotor, after contact forces, if any.
+    """Complete the last step of all rotor modes, predict the next, compute their gaps.
 
     Arguments not listed are those of `pass_modes`.
 
-    now, then : results of `passes.places`
-    waits, touched : whether the last step is still to be completed; had contact
+    now, then : first indices in s of the last step's increments, and of the increments
+        before these, which the next step's replace
+    waits, touched : whether the last step is still to be completed; whether it had
+        contact
     """
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
@@ -128,11 +151,14 @@ def rotor_columns(way, s, c, lam, rows, width, now, then, waits, touched, out, s
 @inlined
 def ring_columns(way, s, c, lam, filled, k, now, then, waits, touched, out, sums,
                  slip):  # fmt: skip
-    """Predict the next step of all modes of the ring, after contact forces, if any.
+    """Complete the last step of all ring modes, predict the next, compute their gaps.
 
     Arguments not listed are those of `pass_ring`.
 
-    now, then, waits, touched : as in `rotor_columns`
+    now, then : first indices in s of the last step's increments, and of the increments
+        before these, which the next step's replace
+    waits, touched : whether the last step is still to be completed; whether it had
+        contact
     """
     size = len(s) // RING_STATE
     for col in range(0, k, FOUR):
@@ -164,36 +190,51 @@ def ring_columns(way, s, c, lam, filled, k, now, then, waits, touched, out, sums
 
 @inlined
 def is_ended(way, counter):
-    """Return whether the last step has been completed already, as by a jump."""
+    """Return whether the last step is complete: contact applied, losses entered.
+
+    That is so after a jump of the exact flow, else not.
+
+    counter : counters of the march, see `contact`
+    """
     return is_exact(way) and counter[ENDED] == counter[STEP]
 
 
 @verb
 def pass_rotor(rotor, way, s, lam, rows, k, counter, out, sums, slip):
-    """Apply contact forces of the last step, if any, to a rotor; predict its next step.
+    """Complete the last step of a rotor, and predict its next step without contact.
 
-    Arguments are those of `pass_modes`.
+    way : `differences.CENTRAL` or `flow.EXACT`
+    s, out : state, in and out; (2 k,), m, out: spectrum of the rotor's part of the gaps
+    rows, k : number of modes or waves of a nodal diameter; of nodal diameters, padded
+    lam, counter, sums, slip : as in `pass_modes`
     """
 
 
 @inlined
 def pass_modes(way, s, c, lam, rows, width, counter, out, sums, slip):
-    """Apply the last step's contact forces to a rotor's modes; predict the next step.
+    """Complete the last step of a rotor's modes; predict the next one without contact.
+
+    Kernel `general` has one row of real modes instead, with their modal forces as
+    `lam`.
 
     Parameters
     ----------
     way : `differences.CENTRAL` or `flow.EXACT`
     s : (3 rows width,), state: amplitudes q, their increments in the last even step,
         and those in the last odd step
-    c : packed coefficients of the modes, see `passes`
-    lam : (2 width,), spectrum of the multipliers as (re, im), then as (im, -re)
-    counter : counters of the pending step
-    rows, width : the state has `rows` rows of `width` real numbers, re and im by slot
-    out : (width,), out: spectrum of the gaps, the sum over the modes of each slot of q
-        times the gap for unit q
-    sums : (3 width,), in and out, J, for re and im of each slot: twice the work of
-        normal forces, twice that of drag over mu, damping loss
-    slip : (2 width,), out after a step with contact: factors of the drag, see `slip_of`
+    c : coefficients of the modes, packed as `passes` explains
+    lam : (2 width,), N, spectrum of the last step's multipliers as (re, im), then as
+        (im, -re)
+    counter : counters of the march: number of the last step, and of the last with
+        contact
+    rows, width : the state has `rows` rows of `width` real numbers: re, then im, of one
+        mode of each nodal diameter
+    out : (width,), m, out: spectrum of the rotor's part of the gaps, for each nodal
+        diameter the sum over its modes of q times the gap for unit q
+    sums : (3 width,), in and out, J, for re and im of each nodal diameter: twice the
+        work of normal forces, twice that of friction over mu, damping loss
+    slip : (2 width,), m, out after a step with contact: factors of the multipliers in
+        the work of friction, from which `passes.slip_of` computes the slip
     """
     now, then = places(counter, rows * width)
     if is_ended(way, counter):
@@ -213,23 +254,27 @@ def pass_modes(way, s, c, lam, rows, width, counter, out, sums, slip):
 @does(pass_rotor, CyclicRotor)
 @inlined
 def pass_cyclic(rotor, way, s, lam, rows, k, counter, out, sums, slip):
-    """Apply the last contact forces to the rotor's modes; predict their next step.
+    """Complete the last step of a rotor's modes; predict the next one without contact.
 
     The implementation of `pass_rotor` for equal sectors, with modes by nodal diameter.
-    Arguments are those of `pass_modes`.
+    Arguments are those of `pass_modes`, with k = width / 2.
     """
     pass_modes(way, s, rotor.items, lam, rows, 2 * k, counter, out, sums, slip)
 
 
 @inlined
 def pass_ring(way, s, c, lam, filled, k, counter, out, sums, slip):
-    """Apply the last step's contact forces to the casing ring; predict the next step.
+    """Complete the last step of the ring's modes; predict the next without contact.
 
     way : `differences.CENTRAL` or `flow.EXACT`
-    s : (6 size,): re and im of the amplitudes, then of their increments in the last
-        even step, and in the last odd step
-    lam, filled : re, im of the multipliers in its first 2 k; see `passes.filled_rows`
-    out : (2 k,), re and im of the spectrum of the ring's part of the gaps, m
+    s : (6 size,), state: re and im of the amplitudes, then of their increments in the
+        last even step, and in the last odd step
+    c : coefficients of the modes, packed as `passes` explains
+    lam : (2 k,) or longer, N: re, then im, of the spectrum of the last step's
+        multipliers
+    filled, k : (k/4,), number of rows that have modes, for each group of four nodal
+        diameters; number of nodal diameters, padded
+    out : (2 k,), m, out: re and im of the spectrum of the ring's part of the gaps
     sums, slip : (4 k,), (2 k,), as in `pass_modes`; the fourth part of sums is that of
         `book_passing`
     """
@@ -246,7 +291,10 @@ def pass_ring(way, s, c, lam, filled, k, counter, out, sums, slip):
 
 @inlined
 def waiting(way, counter):
-    """Return two flags: the last step is still to be completed; it had contact."""
+    """Return two flags: the last step is still to be completed; it also had contact.
+
+    Both are False if the step has been completed already, as by a jump.
+    """
     waits = not is_ended(way, counter)
     return waits, waits and counter[LAST] == counter[STEP]
 
@@ -255,9 +303,9 @@ def waiting(way, counter):
 def settle_rotor(way, s, t, c, lam, counter, sums):
     """Copy the rotor's state s to t; apply the last step's contact forces to t.
 
-    The works and the loss of this step are added to sums, J.
+    The works and the damping loss of this step are added to sums (3 width,), J.
 
-    way, c, lam : as in `pass_modes`
+    way, c, lam, counter : as in `pass_modes`
     """
     waits, touched = waiting(way, counter)
     size, width, zero = len(s) // ROTOR_STATE, len(sums) // 3, broadcast(0.0)
@@ -282,10 +330,10 @@ def settle_rotor(way, s, t, c, lam, counter, sums):
 def settle_ring(way, s, t, c, lam, counter, sums):
     """Copy the casing ring's state s to t; apply the last step's contact forces to t.
 
-    The works and the loss of this step are added to sums, J.
+    The works and the damping loss of this step are added to sums (4 k,), J.
 
-    t : must be 0 at slots without modes, which are not copied
-    way, c, lam : as in `pass_ring`
+    t : must be 0 at places without modes, which are not copied
+    way, c, lam, counter : as in `pass_ring`
     """
     waits, touched = waiting(way, counter)
     size, k, zero = len(s) // RING_STATE, len(sums) // 4, broadcast(0.0)
@@ -310,20 +358,23 @@ def settle_ring(way, s, t, c, lam, counter, sums):
 
 @verb
 def end_step(rotor, way, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy the states of rotor and ring; apply the last contact forces to the copies.
+    """Copy the states of rotor and ring; complete the last step in the copies.
 
-    States s_b of the rotor, s_c of the casing ring are copied to t_b, t_c. If the last
-    step is not yet completed, its works and losses are added to sums_b, sums_c, J.
+    The last step's contact forces are applied to the copies, and its works and losses
+    are added to sums_b, sums_c, J, unless the step has been completed before.
 
     way : `differences.CENTRAL` or `flow.EXACT`
-    c_c, lam : coefficients of the ring's modes; spectrum of the multipliers
+    s_b, t_b : state of the rotor, and its copy, which may be the same array
+    s_c, t_c : state of the casing ring, and its copy, likewise
+    c_c, lam : coefficients of the ring's modes, packed; N, spectrum of the multipliers
+    counter : counters of the march, see `contact`
     """
 
 
 @does(end_step, CyclicRotor)
 @kernel
 def end_cyclic(rotor, way, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy the states of both bodies; apply the last contact forces to the copies.
+    """Copy the states of rotor and ring; complete the last step in the copies.
 
     The implementation of `end_step`, which explains the arguments, for equal sectors,
     with modes by nodal diameter.
@@ -336,27 +387,34 @@ def end_cyclic(rotor, way, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c
 def energy_of(way, s, c, place, increment, size, step):
     """Return the energy of `size` modes of a body, J, after a step.
 
-    s, c : state of the body; coefficients of its modes, packed
+    s, c : state of the body, after the step's contact forces; coefficients of its
+        modes, packed
     place, increment : first index in s of the amplitudes, and of their increments in
         the step that has ended
+    step : dt, s
     """
 
 
 @verb
 def energy_of_ring(way, t, c, now, step):
-    """Return the energy of the casing ring, J, from a state t without pending forces.
+    """Return the energy of the casing ring's modes, J, after a step.
 
-    now : step number mod 2
+    t : (6 size,), state of the ring, after the step's contact forces
     c : coefficients of the ring's modes, packed
+    now : 0 or 1, whether the step's number is even or odd: selects its increments in t
+    step : dt, s
     """
 
 
 @verb
 def energies_of(rotor, way, t_b, t_c, c_c, now, step):
-    """Return energies of rotor and casing ring, J, from states without pending forces.
+    """Return the energies of rotor and casing ring, J, after a step: two numbers.
 
-    now : step number mod 2, by which the state has the increments of this step
-    t_b, t_c : states of rotor and ring; c_c : coefficients of the ring's modes
+    t_b, t_c : states of rotor and ring, after the step's contact forces
+    c_c : coefficients of the ring's modes, packed
+    now : 0 or 1, whether the step's number is even or odd: selects its increments in
+        the states
+    step : dt, s
     """
 
 
@@ -364,9 +422,9 @@ def energies_of(rotor, way, t_b, t_c, c_c, now, step):
 @does(energies_of, CyclicRotor)
 @rare_kernel
 def energies_of_modes(rotor, way, t_b, t_c, c_c, now, step):
-    """Return the energies of a rotor's modes and of the ring, J, from their states.
+    """Return the energies of a rotor's modes and of the casing ring, J, after a step.
 
-    Arguments are those of `energies_of`, of which this is one implementation.
+    The implementation of `energies_of`, which explains the arguments.
     """
     m, ring = len(t_b) // ROTOR_STATE, energy_of_ring(way, t_c, c_c, now, step)
     return energy_of(way, t_b, rotor.items, m - m, (1 + now) * m, m, step), ring
@@ -374,8 +432,9 @@ def energies_of_modes(rotor, way, t_b, t_c, c_c, now, step):
 
 @verb
 def column_sums(way, sums_b, sums_c, step):
-    """Return works, J, so far: of rotation, impact, friction over mu, and damping.
+    """Return four works so far, J: of rotation, impact, friction over mu, and damping.
 
-    sums_b, sums_c : works and losses by slot of rotor and ring, see `pass_modes` and
-        `pass_ring`
+    sums_b, sums_c : works and losses by nodal diameter, of rotor and ring: the arrays
+        `sums` of `pass_modes` and `pass_ring`
+    step : dt, s
     """

@@ -70,13 +70,14 @@ def span_of(blades: int) -> int:
 
 @inlined
 def add_term(spectrum, wave, k, wide, c, v, sums):
-    """Add one slot's contribution at blades v .. v + 3 to four sums (first stage).
+    """Add one nodal diameter's part of the gaps at blades v .. v + 3 to four sums.
 
-    The sums are of re cos, im sin, re sin and im cos: re, im are the spectrum's entry
-    at slot c, cos and sin those of 2 pi c v / N.
+    This is the first stage of the transform. The sums are of re cos, im sin, re sin and
+    im cos: re, im are the spectrum's entry at nodal diameter c, cos and sin those of 2
+    pi c v / N.
 
-    spectrum, wave : (2 k,), re, then im of the k slots; table of cos and sin, see
-        `passes.to_gaps`
+    spectrum, wave : (2 k,), m, re, then im of the k nodal diameters; table of cos and
+        sin, see `passes.to_gaps`
     sums : four sums, each for the four blades
     """
     re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
@@ -90,11 +91,12 @@ def add_term(spectrum, wave, k, wide, c, v, sums):
 def both_terms(spectrum, wave, k, wide, r, a, v):
     """Return a term of the first stage at blades v .. v + 3: parts even and odd in s.
 
-    It is term r of the transform of blades b s + v, see this module: the sum over the
-    slots r, r + a, ... and a - r, 2 a - r, ...; beyond N / 2 they are 0.
+    It is term r of the transform to the gaps of blades b s + v, see this module: the
+    sum over the nodal diameters r, r + a, ... and a - r, 2 a - r, ...; beyond N / 2
+    they are 0.
 
-    spectrum, wave : (2 k,), re, then im of the k slots; table of cos and sin, see
-        `passes.to_gaps`
+    spectrum, wave : (2 k,), m, re, then im of the k nodal diameters; table of cos and
+        sin, see `passes.to_gaps`
     """
     zero, back = broadcast(0.0), a - r
     here = there = zero, zero, zero, zero
@@ -113,7 +115,7 @@ def both_terms(spectrum, wave, k, wide, r, a, v):
 
 @inlined
 def three_blades(wave, k, wide, half, b, s, gap, work):
-    """Compute the second stage at s, s + 1, s + 2: return (even, odd) for each.
+    """Return the results (even, odd) of the second stage for s, s + 1 and s + 2.
 
     With terms r and blades b s + v as this module explains, `even`, to which `gap` is
     added, sums cos(2 pi r s / a) times the even part of term r, `odd` sums the sine
@@ -144,8 +146,8 @@ def put_four(value, gaps, row, wide, blades, j, count):
     """Store the gaps of up to four blades, j .. j + count - 1, in folded order.
 
     value : the four gaps, m
-    gaps, row : array, and index in it of the step's first gap: blades 0 .. N // 2 are
-        stored from there on, blades N - j from `wide` further on
+    gaps, row, wide : array, and the index in it of the step's first gap: a blade i is
+        stored at row + i if i <= N / 2, else at row + wide + N - i
     """
     if count >= FOUR and 2 * (j + FOUR - 1) <= blades:
         store(gaps, row + j, value)
@@ -159,7 +161,7 @@ def put_four(value, gaps, row, wide, blades, j, count):
 
 @inlined
 def repeat(gaps, row, wide, blades):
-    """Complete an array of gaps in folded order, where it has one blade several times.
+    """Fill the places of an array of gaps that repeat a blade, in folded order.
 
     Padding and the second entry of blades 0 and N / 2 are set to copies of their gaps.
 
@@ -176,7 +178,7 @@ def repeat(gaps, row, wide, blades):
 
 @inlined
 def put_both(parts, gaps, row, wide, blades, b, s, v, least):
-    """Store the gaps of blades b s + v .. and b (a - s) + v .. in folded order.
+    """Store the gaps of blades from b s + v and from b (a - s) + v on, in folded order.
 
     N = a b is the number of blades. Return the elementwise minimum of these gaps and
     the four numbers `least`, m.
@@ -222,10 +224,10 @@ def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
 
 @inlined
 def lay_out(factors, which, size, blades, spread):
-    """Write the values of some blades to an array of all N blades, as `to_slots` needs.
+    """Write values f_j of some blades j to an array of all N blades, 0 for the others.
 
     factors, which, size : the values; the blades are which[:size]
-    spread : (N,), out: 0 for all other blades
+    spread : (N,), out
     """
     for j in range(blades):
         put(spread, j, 0.0)
@@ -237,10 +239,11 @@ def lay_out(factors, which, size, blades, spread):
 def fold_blades(spread, a, b, v, half, work):
     """Split values of the blades b s + v .. b s + v + 3 in parts even and odd in s.
 
-    N = a b; the parts are written to `work`, for each of the `half` values of s, as
-    `to_slots` needs them. See this module for s and v.
+    N = a b, and s is a number 0 .. a - 1, see this module; `to_slots` needs the parts.
 
     spread : (N,), the values
+    half, work : number of parts, a // 2 + 1; out: even and odd part for each s, four
+        numbers each
     """
     for s in range(half):
         even, odd = load(spread, b * s + v), broadcast(0.0)
@@ -312,5 +315,5 @@ def to_slots(factors, which, size, wave, k, wide, spread, out):
 
 
 def room_of(blades: int) -> int:
-    """Return the length of the work space `spread` of `to_slots` for N blades."""
+    """Return the length of the work space `spread` of `to_slots`, for N blades."""
     return 6 * blades + 4 * MOST

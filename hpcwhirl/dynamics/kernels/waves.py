@@ -91,9 +91,13 @@ BOUND_ITEMS = 4
 
 @inlined
 def times(c, at, which, re, im, total):
-    """Return total + c (re + i im); re and im of c are items `which` and `which` + 1.
+    """Return total + c (re + i im) for four waves, as a pair (re, im).
 
-    c, at : packed items of all waves, and where those of the four waves begin
+    c, at : packed coefficients of all waves, and the index at which those of the four
+        waves begin
+    which : number of the coefficient that is c, such as `PUSH_RE`; its imaginary part
+        is number `which` + 1
+    re, im, total : amplitudes or other complex numbers; pair (re, im) of sums
     """
     a, b = load(c, at + which * FOUR), load(c, at + (which + 1) * FOUR)
     real = fnma(b, im, fma(a, re, total[0]))
@@ -102,13 +106,15 @@ def times(c, at, which, re, im, total):
 
 @inlined
 def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
-    """Predict the next step of all waves of a rotor, after contact forces, if any.
+    """Apply the last step's contact forces to a rotor's waves; predict the next step.
 
     Arguments not listed are those of `pass_waves`.
 
-    touched : whether the last step had contact
-    seen : first indices in s of the gaps' spectra of the last step, of the step two
-        before, and of the predicted step; the last two coincide
+    fixed : flat, effects of a unit spectrum of the multipliers at each of k nodal
+        diameters, such as `OPENS_RE`
+    touched, exact : whether the last step had contact; whether the exact flow is used
+    seen : first indices in s of the spectra of the gaps of the last step, of two steps
+        before it, and of the predicted step; the last two coincide
     """
     own, older, next_one = seen
     items, zero = FLOW_ITEMS if exact else ITEMS, broadcast(0.0)
@@ -143,13 +149,17 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
 
 @inlined
 def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
-    """Add the works of contact at four nodal diameters to sums; return the slip there.
+    """Add a step's works of contact at four nodal diameters to sums; return the slip.
 
-    The slip is a spectrum, see `passes.slip_of`. For central differences, also complete
-    the spectrum of the gaps of the last step.
+    The slip is dt (v- + v+) of the casing less that of the tips, (re, im), m. For
+    central differences, the spectrum of the last step's gaps, in the state s, is also
+    completed by the effect of contact.
 
-    push : (re, im) of the multipliers' spectrum at these nodal diameters
-    near, rate, work : (re, im), sums over the waves by `columns`
+    fixed, exact : as in `columns`
+    push : (re, im) of the multipliers' spectrum at these nodal diameters, col .. col +
+        3, N
+    near, rate, work : (re, im), sums over the waves by `columns`: dt (v- + v+) of the
+        gap; the same along the casing; effect on energy and loss
     own, older : where spectra of gaps begin in the state s, see `seen_at`
     """
     pr, pi = push
@@ -178,10 +188,13 @@ def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
 
 @inlined
 def seen_at(step, rows, k):
-    """Return where three spectra of gaps begin in the state, as `columns` needs them.
+    """Return where the spectra of the gaps of three steps begin in a rotor's state.
 
-    They are those of the last step, of the step two before, and of the predicted one.
-    rows : number of rows of k amplitudes, re and im, before them
+    They are those of the last step, of the step two before, and of the predicted one;
+    the last two share their place.
+
+    step, rows, k : number of the last step; number of rows of k complex amplitudes,
+        which come before the spectra
     """
     first = 2 * k * rows
     own, older = step % SEEN * 2 * k, (step + 1) % SEEN * 2 * k
@@ -191,21 +204,22 @@ def seen_at(step, rows, k):
 @does(pass_rotor, WaveRotor)
 @inlined
 def pass_waves(rotor, way, s, lam, rows, k, counter, out, sums, slip):
-    """Apply the last contact forces, if any, to a rotor's waves; predict their step.
+    """Apply the last step's contact forces to a rotor's waves; predict the next step.
 
     The implementation of `stepping.pass_rotor` for a rotor as waves.
 
     Parameters
     ----------
-    rotor, way : `wave_types.WaveRotor`; how steps end, see `stepping`
-    s : (2 k (rows + SEEN),), state: amplitudes, spectra of three steps; of the exact
-        flow (2 k rows,)
-    lam : re and im of the multipliers' spectrum in its first 2 k
-    counter : counters of the pending step
-    out : (2 k,), out: spectrum of the gaps
-    sums : (3 k,), J: twice the work of normal forces, twice that of drag over mu, and
-        the energy and loss that contact forces have added
-    slip : (4 k,), out after a step with contact, see `passes.slip_of`
+    rotor, way : `wave_types.WaveRotor`; `differences.CENTRAL` or `flow.EXACT`
+    s : (2 k (rows + SEEN),), state: amplitudes, spectra of the gaps of three steps; of
+        the exact flow amplitudes alone, (2 k rows,)
+    lam : N, re, then im, of the multipliers' spectrum in its first 2 k
+    counter : counters of the march: number of the last step, and of the last with
+        contact
+    out : (2 k,), m, out: spectrum of the rotor's part of the gaps
+    sums : (3 k,), J: twice the work of normal forces, twice that of friction over mu,
+        and the energy and loss that contact forces have added
+    slip : (4 k,), m, out after a step with contact, see `passes.slip_of`
     """
     c, fixed, seen = rotor.items, rotor.fixed, seen_at(counter[STEP], rows, k)
     exact = is_exact(way)
@@ -217,11 +231,11 @@ def pass_waves(rotor, way, s, lam, rows, k, counter, out, sums, slip):
 
 @rare
 def settle_waves(rotor, s, t, lam, counter, exact, sums):
-    """Copy the rotor's state s to t; apply the last contact forces to t.
+    """Copy a rotor's state s to t; apply the last step's contact forces to t.
 
-    Works and losses of that step are added to sums, J.
+    Works and losses of that step are added to sums (3 k,), J.
 
-    lam : as in `pass_waves`
+    lam, counter : as in `pass_waves`
     exact : whether the step is that of the exact flow
     """
     copy_to(t, s)
@@ -250,7 +264,7 @@ def settle_waves(rotor, s, t, lam, counter, exact, sums):
 @does(end_step, WaveRotor)
 @rare_kernel
 def end_waves(rotor, way, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy the states of both bodies; apply the last contact forces to the copies.
+    """Copy the states of rotor and ring; complete the last step in the copies.
 
     The implementation of `stepping.end_step`, with its arguments, for a rotor as waves.
     """
@@ -260,7 +274,10 @@ def end_waves(rotor, way, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c)
 
 @rare
 def energy_of_waves(rotor, t):
-    """Return Jacobi's energy, J, of a rotor's state t with contact forces applied."""
+    """Return Jacobi's energy, J, of a rotor as waves.
+
+    t : state of the waves, after the last step's contact forces
+    """
     hub, form = rotor.hub, rotor.form
     rows = 2 * len(form) // hub.shape[1] - 1
     k, at, total = hub.shape[1] // (2 * rows), 0, broadcast(0.0)
@@ -282,9 +299,9 @@ def energy_of_waves(rotor, t):
 @does(energies_of, WaveRotor)
 @rare_kernel
 def energies_of_waves(rotor, way, t_b, t_c, c_c, now, step):
-    """Return the energies of a rotor as waves and of the ring, J, from their states.
+    """Return the energies of a rotor as waves and of the casing ring, J, after a step.
 
-    Arguments are those of `stepping.energies_of`.
+    The implementation of `stepping.energies_of`, which explains the arguments.
     """
     return energy_of_waves(rotor, t_b), energy_of_ring(way, t_c, c_c, now, step)
 
@@ -292,10 +309,10 @@ def energies_of_waves(rotor, way, t_b, t_c, c_c, now, step):
 @does(bound_rotor, WaveRotor)
 @kernel
 def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
-    """Return the parts of a rotor's waves in two bounds: acceleration, displacement.
+    """Return bounds of a rotor's waves: acceleration of any gap, tip displacement.
 
-    The implementation of `flight.bound_rotor`, m/s^2 and m; `flights` explains the
-    bounds.
+    They are in m/s^2 and m. The implementation of `flight.bound_rotor`, which explains
+    the arguments, except that `rows` is the number of waves of a nodal diameter.
     """
     bend, reach, size = broadcast(0.0), broadcast(0.0), rows * k
     for col in range(0, k, FOUR):
@@ -315,10 +332,11 @@ def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
 @does(jump_rotor, WaveRotor)
 @part
 def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
-    """Move the amplitudes of the rotor's waves to the end of a jump; enter no loss.
+    """Move the amplitudes of a rotor's waves to the end of a jump over n steps.
 
-    The implementation of `flight.jump_rotor`, with its arguments. A jump over n steps
-    multiplies an amplitude by z^n, z its factor in a step.
+    Each is multiplied by z^n, z its factor in a step. No damping loss is entered, since
+    it follows from the energy. The implementation of `flight.jump_rotor`, with its
+    arguments.
     """
     c, size = rotor.items, rows * k
     for col in range(0, k, FOUR):
@@ -336,9 +354,10 @@ def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
 
 @inlined
 def radial_of(rotor, q, rows, k, out):
-    """Set out (2 k,), m, to the spectrum of the gaps due to the rotor's waves.
+    """Compute the spectrum (2 k,) of the rotor's part of the gaps, m, from its waves.
 
-    q, rows : amplitudes, in `rows` rows of k slots, re and im
+    q, rows : amplitudes, re and im, in `rows` rows of k nodal diameters (padded)
+    out : (2 k,), out: re, then im
     """
     c, items = rotor.items, len(rotor.items) // (rows * k)
     for col in range(0, k, FOUR):
@@ -353,10 +372,9 @@ def radial_of(rotor, q, rows, k, out):
 @does(along_of, WaveRotor)
 @inlined
 def along_of_waves(rotor, q, rows, k, out):
-    """Set out (2 k,) to a spectrum: minus the tangential displacement of all tips, m.
+    """Compute the tangential displacement of all tips times -1, m, as a spectrum.
 
-    The implementation of `samples.along_of` for a rotor as waves. There are k slots,
-    one for each nodal diameter, padded.
+    The implementation of `samples.along_of`, with its arguments, for a rotor as waves.
     """
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -370,13 +388,13 @@ def along_of_waves(rotor, q, rows, k, out):
 
 @part
 def read_tips(spectrum, turns, direction, tips):
-    """Set column `direction` of tips (N + 1, 2), m, from a spectrum.
+    """Set the radial or the tangential displacement of all tips, m, by a spectrum.
 
-    There are k slots, one for each nodal diameter, padded.
-
-    direction : 0, radial, or 1, tangential
-    spectrum : (2 k,), that of the tips' displacements times -1
-    turns : (N, 2 k) flat, cos and -sin of each slot at each blade
+    direction : column of `tips`: 0, radial, or 1, tangential
+    spectrum : (2 k,), m, of the tips' displacements times -1, for k nodal diameters,
+        padded
+    turns : (N, 2 k) flat, cos and -sin of each nodal diameter at each blade
+    tips : (N + 1, 2), out; its last row is left as it is
     """
     for j in range(len(tips) - 1):
         tips[j, direction] = -at_blade(spectrum, turns, j, len(spectrum))
@@ -386,10 +404,10 @@ def read_tips(spectrum, turns, direction, tips):
 @rare
 def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Write a sample of a rotor as waves, from a copy with contact forces applied.
+    """Write a sample of the traces, a row of evidence, or both, of a rotor as waves.
 
-    The implementation of `samples.sample_rotor`, with its arguments; this module
-    explains the loss.
+    The implementation of `samples.sample_rotor`, with its arguments. The rotor's
+    damping loss is the energy and loss that contact has added, less the present energy.
     """
     t_b, t_c, radial = sample.rotor, sample.ring, sample.columns
     counter, k, wide = state.counter, len(radial) // 2, len(state.gaps) // 6
@@ -416,11 +434,11 @@ def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 def wave_sizes(
     rotor: WaveRotor, state: CyclicState, size: int, k: int, *, exact: bool
 ) -> Wanted:
-    """Return (name, array, required number of values) of the arrays of a wave rotor.
+    """Return (name, array, required number of values) of a wave rotor's arrays.
 
-    They are checked before the first step.
+    They are checked by `cyclic.check_sizes` before the first step.
 
-    size, k : number of waves, with padding; number of nodal diameters
+    size, k : number of waves, with padding; number of nodal diameters, padded
     exact : whether scheme `exact` integrates them
     """
     rows, seen = size // k, 0 if exact else SEEN

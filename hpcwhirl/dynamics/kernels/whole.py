@@ -73,9 +73,12 @@ HELD = 4  # rows of the state's array `held`, see `push_waves`
 
 @inlined
 def turn_four(q, ahead, half, m):
-    """Multiply four amplitudes by z, as a free step does; return their new re and im.
+    """Move four waves a step ahead without contact: multiply their amplitudes by z.
 
-    ahead : (2 half,), z - 1, re, then im, like q; m : the first of the four
+    Return the new amplitudes as (re, im), which are also stored in q.
+
+    q, ahead : (2 half,) each, re, then im: amplitudes; z - 1
+    m : index of the first of the four waves
     """
     (re, im), (a, b) = load_both(q, half, m), load_both(ahead, half, m)
     re, im = fnma(b, im, fma(a, re, re)), fma(b, re, fma(a, im, im))
@@ -85,9 +88,9 @@ def turn_four(q, ahead, half, m):
 
 @inlined
 def turn_waves(q, ahead):
-    """Take a step without forces, which multiplies amplitudes by z.
+    """Move all waves a step ahead without contact: multiply their amplitudes by z.
 
-    q, ahead : (m,) or more, amplitudes; (m,), z - 1; each re, then im
+    q, ahead : (m,) or more, amplitudes, in and out; (m,), z - 1; each re, then im
     """
     half = len(ahead) // 2
     for m in range(0, half, FOUR):
@@ -96,10 +99,12 @@ def turn_waves(q, ahead):
 
 @inlined
 def lower_all(tips, drift, gaps, row, whole):
-    """Lower the bounds of the rotor's part of all gaps; return the lowest gap, m.
+    """Lower the bounds of all gaps for another step; return the lowest, m.
 
-    drift : m, by which they are lowered: bound of the motion of any tip in a step
-    Other arguments are those of `open_whole`.
+    No tip is computed: the lower bounds in `tips` are lowered by `drift`.
+
+    drift : m, bound of the motion of any tip in a step
+    tips, gaps, row, whole : as in `open_whole`
     """
     for v in range(0, len(tips), FOUR):
         store(tips, v, load(tips, v) - broadcast(drift))
@@ -108,13 +113,13 @@ def lower_all(tips, drift, gaps, row, whole):
 
 @inlined
 def open_whole(tips, gaps, row, whole):
-    """Set whole (2 wide,) to the gaps of both bodies, m; return the lowest.
+    """Add the rotor's part to the gaps of all blades; return the lowest gap, m.
 
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    All arrays are in folded order, see `circulant.folded`.
 
-    tips : (2 wide,), m, the rotor's part of the gaps
-
-    gaps, row : gaps without the rotor's part, from index `row` on; all are folded
+    tips : (2 wide,), m, the rotor's part, or lower bounds of it
+    gaps, row : m, gaps without the rotor's part, from index `row` on
+    whole : (2 wide,), m, out: the sums
     """
     least = broadcast(math.inf)
     for v in range(0, len(tips), FOUR):
@@ -129,9 +134,11 @@ def open_whole(tips, gaps, row, whole):
 
 @inlined
 def four_sums(rows, at, q, modes):
-    """Return the product of a row and q[:modes] as four sums of a quarter of the terms.
+    """Return the product of a row of coefficients and q[:modes] as four partial sums.
 
-    rows, at : array, and index at which the row begins
+    Each of them is a vector of four numbers: 16 numbers, whose sum is the product.
+
+    rows, at : coefficients, and the index at which the row begins
     """
     zero = broadcast(0.0)
     a, b, c, d = zero, zero, zero, zero
@@ -145,9 +152,10 @@ def four_sums(rows, at, q, modes):
 
 @inlined
 def eight_sums(rows, at, on, q, modes):
-    """Return the results of `four_sums` for two rows, from rows[at] and rows[on] on.
+    """Return products of two rows of coefficients and q[:modes], four sums each.
 
-    Eight sums at a time hide their latency.
+    The partial sums are those of `four_sums`, for the rows from rows[at] and from
+    rows[on] on. Eight sums together hide the latency of the processor's units.
 
     q, modes : amplitudes, of which the first `modes` are used
     """
@@ -165,24 +173,28 @@ def eight_sums(rows, at, on, q, modes):
 
 @inlined
 def sum_four(sums):
-    """Return the sum of all 16 numbers in four vectors."""
+    """Return the sum of the 16 numbers in four vectors, partial sums of a product."""
     return total_of((sums[0] + sums[1]) + (sums[2] + sums[3]))
 
 
 @inlined
 def tip_by_waves(rows, blade, q, modes):
-    """Return a blade's displacement, m: its row of rows (N, modes) times amplitudes q.
+    """Return the rotor's part of a blade's gap, m, from the waves' amplitudes.
 
-    modes : a multiple of 16
+    rows : (N, modes) flat, the same for unit amplitudes
+    q, modes : amplitudes of the waves; number of them used, a multiple of 16
     """
     return sum_four(four_sums(rows, blade * modes, q, modes))
 
 
 @inlined
 def put(values, blade, blades, wide, value):
-    """Set all entries of a blade in the folded array `values` (2 wide,) to `value`.
+    """Set all entries of a blade in an array in folded order to `value`.
 
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    Blades 0 and N / 2 have several entries, see `circulant.folded`.
+
+    values, wide : (2 wide,), out
+    blade, blades : number of the blade; N
     """
     values[place_of(blade, blades, wide)] = value
     if 2 * blade == blades:
@@ -196,15 +208,13 @@ def put(values, blade, blades, wide, value):
 
 @part
 def read_all(rows, q, blades, tips):
-    """Set tips to the rotor's part of the gaps of all blades, m.
-
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    """Compute the rotor's part of the gaps of all blades, m: set `tips`.
 
     Parameters
     ----------
-    rows : (N, modes) flat, gap of each blade per unit amplitude
+    rows : (N, modes) flat, the same for unit amplitudes
     q : amplitudes of the waves, of which the first `modes` are used
-    tips : (2 wide,), out, folded
+    tips : (2 wide,), out, in folded order, see `circulant.folded`
     """
     modes, wide = len(rows) // blades, len(tips) // 2
     for j in range(blades):
@@ -213,12 +223,11 @@ def read_all(rows, q, blades, tips):
 
 @inlined
 def put_tip(tip, j, blades, gaps, row, tips, whole):
-    """Store a blade's displacement and its gap in folded arrays; return the gap, m.
+    """Store the rotor's part of a blade's gap, and the gap; return the gap, m.
 
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
-
-    tip, j : m, radial displacement times -1; number of the blade
-    tips, whole : out, (2 wide,): displacements; gaps. gaps, row : as in `read_near`
+    tip, j : m, the rotor's part; number of the blade
+    gaps, row : as in `read_near`
+    tips, whole : (2 wide,), m, out: the rotor's part, and the gaps, in folded order
     """
     wide = len(tips) // 2
     gap = gaps[row + place_of(j, blades, wide)] + tip
@@ -229,9 +238,9 @@ def put_tip(tip, j, blades, gaps, row, tips, whole):
 
 @inlined
 def read_tips_of(where, size, rows, q, blades, gaps, row, tips, whole):
-    """Compute tips and gaps of blades where[:size], two at once; return the lowest gap.
+    """Compute the gaps of blades where[:size], two at a time; return the lowest, m.
 
-    Arguments are those of `read_near`.
+    The arguments are those of `read_near`, which calls this function.
     """
     modes, least = len(rows) // blades, math.inf
     for i in range(0, size, 2):
@@ -246,19 +255,19 @@ def read_tips_of(where, size, rows, q, blades, gaps, row, tips, whole):
 
 @part
 def read_near(rows, q, blades, gaps, row, known, tips, whole, where):
-    """Compute the tips that might touch; return the lowest of their gaps, m.
+    """Compute the gaps of the blades that might touch; return the lowest of them, m.
 
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    They are the blades whose lower bound of the gap is not positive. If one of the gaps
+    is below 0, those of all blades that were in contact in the last solution, `known`,
+    are computed, too. Arrays (2 wide,) are in folded order, see `circulant.folded`.
 
     Parameters
     ----------
-    rows, q : (N, modes) flat, gap of each blade per unit amplitude; amplitudes
-    gaps, row : gaps without the rotor's part, from index `row` on
-    tips, whole : (2 wide,), in: lower bounds of tips and of gaps; out: those computed
+    rows, q : (N, modes) flat, rotor's part of each gap for unit amplitudes; amplitudes
+    gaps, row : m, gaps without the rotor's part, from index `row` on
+    tips, whole : (2 wide,), m, in: lower bounds of the rotor's part, and of the gaps;
+        out: their values, for the blades that are computed
     where : (N + 1,), work space
-
-    If a gap is below 0, the tips of all blades in `known`, which were in contact in
-    the last solution, are computed, too.
     """
     wide, size = len(tips) // 2, blades - blades
     for j in range(blades):
@@ -276,11 +285,13 @@ def read_near(rows, q, blades, gaps, row, known, tips, whole, where):
 
 @inlined
 def read_below(limit, rows, q, blades, gaps, row, again, tips, whole):
-    """Compute tips and gaps of blades whose gaps in `again` are below a limit, m.
+    """Compute the gaps of blades that would be below a limit, m, with contact forces.
 
-    Return whether any gap in `whole` has changed, because it was only a lower bound.
+    Return whether any gap in `whole` has changed, because only a lower bound of it had
+    been known.
 
-    Other arguments are those of `read_near`.
+    again : (2 wide,), m, gaps (or their bounds) with the contact forces
+    rows, q, blades, gaps, row, tips, whole : as in `read_near`
     """
     modes, wide, changed = len(rows) // blades, len(tips) // 2, False
     for j in range(blades):
@@ -294,14 +305,15 @@ def read_below(limit, rows, q, blades, gaps, row, again, tips, whole):
 
 @rare
 def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
-    """Solve the contact problem where tips may be known by lower bounds only.
+    """Compute a step's contact forces, where only lower bounds of some gaps are known.
 
-    The result is that of `circulant.solved`. Tips on which the choice of active blades
-    depends are computed first: choices and bits are the same as if all tips were
-    computed, see `read_near`.
+    The result is that of `circulant.solved`: the number of blades in contact, or -1 if
+    there is no solution. Gaps on which the choice of these blades depends are computed
+    first, so that the choice and the bits are the same as if all gaps were known.
 
-    lowest : lowest of the gaps in `whole`, < 0
-    Other arguments are those of `read_near`.
+    lowest : m, lowest of the gaps in `whole`, < 0
+    space : `kernel_types.ConstantSpace`, which gets the multipliers
+    rows, q, gaps, row, tips, whole, blades : as in `read_near`
     """
     wide, known, limit = len(tips) // 2, space.known, CLOSED * lowest
     first = row - row  # 0, but no literal, which numba would specialise on
@@ -336,7 +348,8 @@ def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
 def size_of(q, half, m):
     """Return upper bounds of four magnitudes: max(|re|, |im|) + min(|re|, |im|) / 2.
 
-    re, im are those of the amplitudes m .. m + 3 in q, re from m, im from half + m on.
+    q, half : amplitudes: `half` real parts, then the imaginary parts
+    m : index of the first of the four
     """
     re, im = load_both(q, half, m)
     re, im = magnitude(re), magnitude(im)
@@ -345,9 +358,12 @@ def size_of(q, half, m):
 
 @inlined
 def drift_of(q, drift):
-    """Return a bound of any tip's motion in a step, m, by amplitudes q.
+    """Return a bound of the motion of any tip in a step, m.
 
-    It is the sum over the waves of `drift` times the amplitude's magnitude.
+    It is the sum of |amplitude| times `drift` over the waves.
+
+    q, drift : (2 half,) or more, amplitudes, re, then im; (half,), m, the bound for
+        unit amplitude
     """
     half = len(drift)
     first = second = broadcast(0.0)
@@ -359,12 +375,15 @@ def drift_of(q, drift):
 
 @inlined
 def yield_apart(push, where, active, opening, ring, gaps, row, tips):
-    """Add the change of gaps by multipliers: the ring's to gaps, the rotor's to tips.
+    """Add the effect of contact forces to `gaps`, the ring's, and `tips`, the rotor's.
 
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    Arrays of gaps are in folded order, see `circulant.folded`.
 
-    opening, ring : (N, 2 wide) flat, folded, m/N, of both bodies, and of the ring alone
-    push, where : multipliers of the blades where[:active]
+    push, where, active : multipliers, N, of the blades in contact, where[:active]
+    opening, ring : (N, 2 wide) flat, m/N: change of all gaps by a unit multiplier on
+        each blade, of both bodies, and of the ring alone
+    gaps, row, tips : m, in and out: gaps without the rotor's part, from index `row` on;
+        (2 wide,), the rotor's part
     """
     width = len(tips)
     for v in range(0, width, FOUR):
@@ -379,9 +398,10 @@ def yield_apart(push, where, active, opening, ring, gaps, row, tips):
 
 @inlined
 def with_rest(rows, at, s, modes, sums):
-    """Return the product of a row of coefficients and s, of which a part is given.
+    """Return the product of a row of coefficients and s, begun by `four_sums`.
 
-    sums : product of the first `modes` entries, by `four_sums`
+    rows, at : coefficients, and the index at which the row begins
+    sums : product of the first `modes` entries, as partial sums of `four_sums`
     """
     a, b = sums[0], sums[1]
     for m in range(modes, len(s), EIGHT):
@@ -392,19 +412,26 @@ def with_rest(rows, at, s, modes, sums):
 
 @inlined
 def moved_by(rows, at, s, modes):
-    """Return a tip's motion from step n - 1 to n + 1, m: a row times s.
+    """Return the motion of a tip from step n - 1 to n + 1, m: a row of factors times s.
 
-    rows, at : `WholeRotor.opens` or `slides`, and where the row begins
-    s : (modes + padded,), amplitudes before contact acts, then multipliers, N
+    rows, at : `WholeRotor.opens` (radial motion) or `slides` (tangential motion), and
+        the index at which the tip's row begins
+    s, modes : (modes + padded,), amplitudes before contact acts, then multipliers, N;
+        number of amplitudes
     """
     return with_rest(rows, at, s, modes, four_sums(rows, at, s, modes))
 
 
 @inlined
 def slide(rows, where, active, s, modes, held):
-    """Set `held` of the active blades to their motion along the casing over two steps.
+    """Compute how far blades in contact slide along the casing over two steps, m.
 
-    rows, s : factors, and what they multiply, as in `moved_by`
+    The motion is that of tips, from step n - 1 to n + 1.
+
+    where, active : the blades are where[:active]
+    rows, s, modes : `WholeRotor.slides`, what its rows are multiplied by, and the
+        number of amplitudes, as in `moved_by`
+    held : (N,) or more, out: entries of these blades
     """
     for i in range(0, active, 2):
         one, other = where[i], where[min(i + 1, active - 1)]
@@ -416,9 +443,11 @@ def slide(rows, where, active, s, modes, held):
 
 @inlined
 def add_one(rows, at, force, s, modes):
-    """Add to s[:modes] a row of coefficients times a force; modes % 8 == 0.
+    """Add the effect of one blade's contact force to the amplitudes s[:modes].
 
-    rows, at : coefficients, and index at which the row begins
+    rows, at : change of the amplitudes by a unit force on each blade, and the index at
+        which the blade's row begins; modes % 8 == 0
+    force : N, multiplier of the blade
     """
     force = broadcast(force)
     for m in range(0, modes, EIGHT):
@@ -429,9 +458,10 @@ def add_one(rows, at, force, s, modes):
 
 @inlined
 def add_four(rows, where, push, i, s, modes):
-    """Add to s[:modes] the rows of four blades, each times its multiplier.
+    """Add the effect of four blades' contact forces to the amplitudes s[:modes].
 
-    rows : (N, modes) flat; push, where : multipliers, and blades, from index i on
+    rows : (N, modes) flat, change of the amplitudes by a unit force on each blade
+    where, push, i : blades where[i : i + 4], and their multipliers push[i : i + 4], N
     """
     a, b = where[i] * modes, where[i + 1] * modes
     c, d = where[i + 2] * modes, where[i + 3] * modes
@@ -445,10 +475,11 @@ def add_four(rows, where, push, i, s, modes):
 
 @inlined
 def add_rows(rows, push, where, active, s, modes):
-    """Add the active blades' rows, times their multipliers, to s[:modes].
+    """Add the effect of all contact forces of a step to the amplitudes s[:modes].
 
-    rows, modes : (N, modes) flat; a multiple of 8
-    push, where : multipliers of the blades where[:active]
+    rows : (N, modes) flat, change of the amplitudes by a unit force on each blade;
+        modes is a multiple of 8
+    push, where, active : multipliers, N, of the blades in contact, where[:active]
     """
     fours = active - active % 4
     for i in range(0, fours, 4):
@@ -460,18 +491,18 @@ def add_rows(rows, push, where, active, s, modes):
 @inlined
 def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before,
                 sums, held):  # fmt: skip
-    """Enter works of a step's contact forces in `sums`; complete the gaps in `before`.
+    """Add the works of contact forces to `sums`; add the rotor's part to `before`.
 
-    A blade that was also in contact two steps before, as nearly all are, has moved like
-    the casing: its gap is closed at both steps. For other blades the motion follows
-    from the waves.
+    `before` has the gaps of step n - 1, if the forces act at step n. A blade that was
+    also in contact two steps before, as nearly all are, has moved like the casing: its
+    gap is closed at both steps. For other blades the motion follows from the waves.
 
     Parameters
     ----------
-    push, where : results of `circulant.solved`
+    push, where, active : multipliers, N, of the blades in contact, where[:active]
     s : (modes + padded,), by which `opens` and `slides` are multiplied: amplitudes, and
         multipliers, which are set here
-    step : number of this step
+    mu, step : friction with the sign of the speed; number of this step
     tips, gaps, row, before, sums, held : as in `push_waves`
     """
     width, blades = len(s), len(before)
@@ -500,22 +531,23 @@ def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row,
 @verb
 def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Add the multipliers' effect to the amplitudes; enter their works in `sums`.
+    """Apply a step's contact forces to a rotor's waves; add their works to `sums`.
 
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    Arrays (2 wide,) are in folded order, see `circulant.folded`.
 
     Parameters
     ----------
-    push, where : results of `circulant.solved`
-    s : state: amplitudes, multipliers of the last step with contact
+    push, where, active : multipliers, N, of the blades in contact, where[:active]
+    s : state: amplitudes, re, then im, then multipliers of the last step with contact
     spare : work space, as long as a row of `opens`
-    step : number of this step
-    tips : (2 wide,), folded displacements of tips after contact, times -1, m
-    gaps, row : gaps of this step after contact, without the rotor's part
-    before : (N,), gaps of the active blades at step n - 1; in: without the rotor's
-        part, out: with it, since tips are not computed in all steps
-    sums : (3,): twice the work of normal forces, twice that of drag over mu, and what
-        contact has added to energy and loss, J
+    mu, step : friction with the sign of the speed; number of this step
+    tips : (2 wide,), m, the rotor's part of the gaps after contact
+    gaps, row : m, gaps of this step after contact, without the rotor's part, from index
+        `row` on
+    before : (N,), m, gaps of the blades in contact at step n - 1; in: without the
+        rotor's part, out: with it, since tips are not computed in all steps
+    sums : (3,), J: twice the work of normal forces, twice that of friction over mu, and
+        what contact has added to energy and loss
     held : (HELD padded,), state, by blade: motion along the casing over two steps in
         its last contact, m; then three rows, used by the steps in turn: 2 plus the
         number of a step in which the blade had contact
@@ -526,10 +558,10 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 @inlined
 def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Add the effect of multipliers to the amplitudes of waves; enter their works.
+    """Apply a step's contact forces to a rotor's waves; add their works to `sums`.
 
-    The implementation of `push_waves`, with its arguments, for a rotor whose modes
-    rotation couples.
+    The implementation of `push_waves`, with its arguments, for a rotor whose modes are
+    coupled by rotation.
     """
     modes = len(rotor.ahead)
     book_pushes(
@@ -543,12 +575,12 @@ def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, befo
 @inlined
 def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Add the effect of multipliers to the amplitudes of waves; enter their works.
+    """Apply a step's contact forces to a rotor's waves; add their works to `sums`.
 
-    The implementation of `push_waves`, with its arguments, for a rotor without
-    rotation, each mode of which is a wave.
+    The implementation of `push_waves`, with its arguments, for a rotor without terms of
+    rotation: each mode is a wave, displaced by the real part of its amplitude.
 
-    spare : work space: change of the modes over two steps, later modal forces
+    spare : work space: motion of the modes over two steps, later modal forces
     """
     half = len(rotor.drift)
     for m in range(0, half, FOUR):
@@ -569,12 +601,17 @@ def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 
 @rare
 def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledger):
-    """Raise ledger[SLIP], m/s, to the slip of blades in contact in step `counted`.
+    """Raise ledger[SLIP], m/s, to the largest slip of blades in contact in a step.
 
-    There are k slots, one for each nodal diameter, padded.
+    The step is number `counted`; see `contact.note_slip`.
 
-    slip_b : (N,), of `push_waves`; slip_c : (2 k,), see `passes.slip_of`
-    known, last : active blades; step of each blade's last contact
+    slip_b : (N,), m, each tip's motion along the casing over two steps, from `held` of
+        `push_waves`
+    slip_c : (2 k,), m, that of the casing, a spectrum of k nodal diameters, padded
+    turns : (N, 2 k) flat, cos and -sin of each nodal diameter at each blade
+    known, last : blades in contact in the last solution, see `ConstantSpace`; (N,),
+        number of the step of each blade's last contact
+    step : dt, s
     """
     width = len(slip_c)
     for s in range(known[len(last)]):
@@ -588,9 +625,13 @@ def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledge
 
 @kernel
 def settle_whole(c_c, state, copies):
-    """Copy the state to `copies`; apply the last contact forces to the ring's copy.
+    """Copy the states of rotor and ring; complete the ring's last step in its copy.
+
+    The rotor's waves already have the last contact forces. Samples are computed from
+    the copies.
 
     c_c : coefficients of the ring's modes, packed
+    copies : out: arrays like rotor, ring, sums_b, sums_c of the state
     """
     t_b, t_c, end_b, end_c = copies
     copy_to(t_b, state.rotor)
@@ -604,10 +645,10 @@ def settle_whole(c_c, state, copies):
 @does(energies_of, WholeRotor)
 @rare_kernel
 def energies_of_whole(rotor, way, t_b, t_c, c_c, now, step):
-    """Return the energies of a rotor whose modes rotation couples, and of the ring, J.
+    """Return the energies of a rotor as waves and of the casing ring, J, after a step.
 
-    Arguments are those of `stepping.energies_of`, of which this is an
-    implementation.
+    The implementation of `stepping.energies_of`, which explains the arguments, for a
+    rotor whose modes are coupled by rotation.
     """
     modes, at, own = len(rotor.ahead), 0, broadcast(0.0)
     for i in range(modes):
@@ -622,10 +663,10 @@ def energies_of_whole(rotor, way, t_b, t_c, c_c, now, step):
 @does(energies_of, UncoupledRotor)
 @rare_kernel
 def energies_of_uncoupled(rotor, way, t_b, t_c, c_c, now, step):
-    """Return the energies of a rotor's modes, integrated as waves, and of the ring, J.
+    """Return the energies of a rotor as waves and of the casing ring, J, after a step.
 
-    Arguments are those of `stepping.energies_of`, of which this is an
-    implementation.
+    The implementation of `stepping.energies_of`, which explains the arguments, for a
+    rotor without terms of rotation, each mode of which is a wave.
     """
     half, own, form = len(rotor.drift), broadcast(0.0), rotor.form
     for m in range(0, half, FOUR):
