@@ -284,11 +284,12 @@ class _Strict(io.FileIO):
 
 
 def stand_in() -> None:
-    """Open closed standard descriptors, and replace stdout and stderr.
+    """Make the standard streams safe at the start of the program.
 
-    If descriptor 2, stderr, were closed, the next file opened would get that number,
-    and a journal would receive messages. Errors of writing to stderr are ignored: a log
-    on a full disk must not end a campaign.
+    A closed descriptor 0, 1 or 2 is opened on the null device: otherwise the next file
+    opened, such as a journal, would get its number and receive messages. `sys.stdout`
+    becomes a stream that reports a failed write as MissingFileError, `sys.stderr` one
+    that drops what cannot be written: a log on a full disk must not end a campaign.
     """
     for number in (0, 1, 2):
         try:

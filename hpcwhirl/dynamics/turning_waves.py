@@ -308,15 +308,16 @@ def roots_of(mass: Any, damping: Any, stiffness: Any) -> tuple[Complexes, Comple
 
 @dataclass(frozen=True)
 class Circle:
-    """The circular orbit of an unbalanced rotor as a wave: a step multiplies it by 1.
+    """The circular orbit of an unbalanced rotor, stored as one more wave.
 
-    It is at rest in the rotating frame.
+    The orbit is constant in the rotating frame, so that a time step multiplies its
+    amplitude by 1. Its displacement x_s is amplitude times shape.
 
     Attributes
     ----------
-    amplitude : of magnitude 1
-    shape : (m,), the circle's displacement x_s / amplitude in the modes at rest of
-        nodal diameter 1, whose gap is real
+    amplitude : phase factor of magnitude 1, so chosen that the shape's change of the
+        gap is a real number
+    shape : (m,), displacement in the modes at rest of nodal diameter 1
     """
 
     amplitude: complex

@@ -1,6 +1,9 @@
-"""The terms of rotation of a rotor by nodal diameter, and of a rotor from file.
+"""Compute the matrices that rotation adds to a rotor: C, K_1, K_2 and loads.
 
-They are the matrices C, K_1, K_2 and loads that rotation adds, see `modes.Spin`.
+They are those of `modes.Spin`: the Coriolis matrix, and the stiffness per Omega^2 and
+Omega^4. For a rotor of equal sectors this module splits them into blocks, one for each
+nodal diameter; for a rotor from file it checks them and finds whether they, too, are
+those of equal sectors.
 
 In the real modes of equal sectors, phases 0 and 1 of x = q_0 + i q_1, a matrix is
 [[H_r, -H_i], [H_i, H_r]] on each nodal diameter, with H Hermitian or skew-Hermitian,

@@ -205,7 +205,7 @@ class Twins(TwinsTable):
 
     @property
     def is_late(self) -> bool:
-        """Whether cases with twins are chosen when the regimes of all are known."""
+        """Whether twins are given to cases only after all regimes are known."""
         return self.of in LATE
 
     def scene(self, scene: Scene, content: str, number: int) -> Scene:

@@ -106,7 +106,11 @@ class RareLibrary(PartLibrary):
 
 
 class KernelCompiler(Compiler):  # type: ignore[misc, unused-ignore]
-    """Numba's compiler, which puts the code into a container of the type `library`."""
+    """Numba's compiler, with another way to optimise and link the machine code.
+
+    library : class of numba's code library (the object that optimises and links the
+        LLVM code of a function); numba itself uses `JITCodeLibrary`
+    """
 
     library: type[JITCodeLibrary] = KernelLibrary
 

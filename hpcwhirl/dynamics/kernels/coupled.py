@@ -211,14 +211,14 @@ def yielded(body, motion, force, ledger):
 
 @does(verbs.note_beside, CoupledBody)
 def note_beside(body, motion, step, row):
-    """Write to the evidence the centre's motion without contact, and the whole energy.
+    """Record the contact-free motion of a rotor at a changing speed in the evidence.
 
-    These are x_o, y_o, m, and the energy of the motion with and without contact
-    together, J. At constant speed nothing is written: that motion is known in closed
-    form.
+    These are the centre's displacements x_o, y_o, m, of the motion that the rotor would
+    have without contact, and the energy of its actual motion, J. At constant speed
+    nothing is recorded: the contact-free motion is known in closed form.
 
     motion, step : `verbs.Motion` of the rotor; dt, s
-    row : row of evidence, see `verbs.note_beside`
+    row : one row of the samples by which a case is judged, see `verbs.note_beside`
     """
     if len(body.force) == 0:
         return

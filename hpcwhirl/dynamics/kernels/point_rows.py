@@ -53,10 +53,16 @@ def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra,
     A point might touch if the lower bound of its gap is not above 0. The flag tells
     whether the last solution had points in contact.
 
+    Parameters
+    ----------
     rows, q : coefficients of the points; (m,), amplitudes of the waves
-    points, gaps, row, known, tips, whole, where : as `blades` and the others in
-        `whole.read_near`
-    near, spectra : as in `turn_points`
+    points : number of contact points, P
+    gaps, row : m, in: gaps without the part of the waves, from index `row` on
+    known : indices of the points in contact in the last solution, and at P their number
+    tips, whole : (2 wide,), m, folded order, in: lower bounds of the waves' part of the
+        gaps, and of the gaps; out: their values, for the points that are computed
+    near : whether `turn_points` has prepared `spectra` for this call
+    spectra, where : work space; the latter (P + 1,)
     """
 
 

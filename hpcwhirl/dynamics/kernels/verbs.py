@@ -172,10 +172,14 @@ def accept(body, motion, step):
 
 
 def note_beside(body, motion, step, row):
-    """Write the rotor's motion without contact, at a changing speed, to the evidence.
+    """Record the contact-free motion of a rotor at a changing speed in the evidence.
 
-    row : row of evidence, set from column `contact.COLUMNS` on: x_o, y_o of that
-        motion, m, and the energy of the whole motion, J
+    The contact-free motion, which the rotor would have without any contact, is
+    integrated as a separate part of its state. The evidence is the table of samples by
+    which a case is judged.
+
+    row : row of the evidence, set from column `contact.COLUMNS` on: x_o, y_o of the
+        contact-free motion, m, and the energy of the rotor's actual motion, J
     motion, step : `Motion`, of which ahead and following are used as work space; dt, s
     """
     raise NotImplementedError
