@@ -255,10 +255,11 @@ class _Reads:
         return np.stack(both, axis=1).reshape(2 * len(self.out), -1)
 
     def _moves(self) -> Complexes | None:
-        """Return each wave's ratio of motion over two steps to displacement, (waves,).
+        """Return the factor of each wave by which it moves in two steps, (waves,).
 
-        None if a wave's motions d' + d are not proportional to its displacements at
-        step n + 1.
+        In free motion a wave multiplies its displacements by a complex factor in each
+        step, and so the motion over two steps, x_n - x_{n-2}, is the displacement x_n
+        times a factor. None if, for a wave, it is not the same for all modes at rest.
         """
         out = []
         for body in (self.waves.rotor, self.waves.casing):

@@ -11,8 +11,9 @@ So, where points carry little mass, this relation between blades has errors of s
 by at most `EQUAL` are made equal, by the mean over all of them, see `Sectors`, so that
 all works are consistent.
 
-The nodal diameter of a wave is found from the motion of all points that it causes, and
-from its change by forces. If this fails for a wave, each point has a row of its own.
+The nodal diameter of a wave is found from the motion that it causes at all points, and
+from how forces at the points change it. If either contradicts equal sectors for a wave,
+the coefficients are stored for every point of every blade instead of once for all.
 """
 
 from __future__ import annotations

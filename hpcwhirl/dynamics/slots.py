@@ -254,7 +254,8 @@ def _round(model: Model) -> _Round:
 def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
     """Return those coefficients of a ring's modes that do not depend on friction.
 
-    They are those at speed 0.
+    They are those in the static frame (speed 0); `_ring_arrays` adds the rotation of
+    the frame.
 
     given, step : ring and number of blades; dt, s
     flies : whether the scheme is `exact`, else central differences

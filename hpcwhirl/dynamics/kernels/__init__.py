@@ -77,10 +77,11 @@ def digest_of(files: list[Path]) -> str:
 
 
 class KernelLocator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
-    """Where numba caches the functions of these files: whatever their lines.
+    """Numba's cache locator for these files; a new line number keeps a cached function.
 
-    The directory tells that the code is the same, so that the cache is not told the
-    text of a file nor the line at which a function begins.
+    The name of the cache's directory is a digest of the code: other code is in another
+    directory. So numba is given the digest in place of a stamp of the source file, and
+    a constant in place of the line at which a function begins.
     """
 
     def get_source_stamp(self) -> str:

@@ -303,12 +303,11 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
     """Raise ledger[SLIP], m/s, to the largest slip of blades in contact in a step.
 
-    The step is the last one; see `contact.note_slip`.
+    The step is that before the present one, number counter[LAST]; the slip is the
+    tangential velocity of a tip relative to the casing, see `contact.note_slip`.
 
-    There are k slots, one for each nodal diameter, padded.
-
-    slips : (slip_b, slip_c), factors of friction's work on rotor and ring, see
-        `passes.slip_of`
+    slips : (slip_b, slip_c), m, motions of rotor and ring along the rotation over two
+        steps, as spectra of k nodal diameters, padded, see `passes.slip_of`
     turns : (N, 2 k) flat, cos and -sin of each slot at each blade
     known, last : blades in contact in the last solution, see `ConstantSpace`; (N,),
         number of the step of each blade's last contact

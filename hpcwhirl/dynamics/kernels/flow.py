@@ -62,7 +62,7 @@ EXACT = Exact()
 @does(is_exact, Exact)
 @inlined
 def is_indeed(_way):
-    """Return True: these are steps of the exact flow."""
+    """Return True: `stepping.is_exact` for a kernel that completes steps exactly."""
     return True
 
 

@@ -164,4 +164,8 @@ def stand_alike(body, motion, time, force):
 
 @does(verbs.yielded, ModalBody)
 def yielded_alike(body, motion, force, ledger):
-    """Do nothing: on a body of uncoupled modes only forces in its matrices do work."""
+    """Enter no work: no further forces act on a body of uncoupled modes.
+
+    The implementation of `verbs.yielded` for such a body, which has neither supports
+    that differ by direction nor a changing speed.
+    """

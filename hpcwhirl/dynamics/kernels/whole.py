@@ -539,18 +539,19 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
     ----------
     push, where, active : multipliers, N, of the blades in contact, where[:active]
     s : state: amplitudes, re, then im, then multipliers of the last step with contact
-    spare : work space, as long as a row of `opens`
-    mu, step : friction with the sign of the speed; number of this step
+    spare : work space, one value for each amplitude
+    mu, step : friction with the sign of the speed; number n of this step
     tips : (2 wide,), m, the rotor's part of the gaps after contact
-    gaps, row : m, gaps of this step after contact, without the rotor's part, from index
-        `row` on
+    gaps, row : m, buffer of gaps without the rotor's part; index where those of this
+        step, after contact, begin
     before : (N,), m, gaps of the blades in contact at step n - 1; in: without the
         rotor's part, out: with it, since tips are not computed in all steps
-    sums : (3,), J: twice the work of normal forces, twice that of friction over mu, and
-        what contact has added to energy and loss
-    held : (HELD padded,), state, by blade: motion along the casing over two steps in
-        its last contact, m; then three rows, used by the steps in turn: 2 plus the
-        number of a step in which the blade had contact
+    sums : (3,), J: twice the work of normal forces; twice that of friction, divided by
+        mu; what contact has added to the rotor's energy and its damping loss together
+    held : (HELD padded,), part of the state. First, for each blade, its tip's motion
+        along the casing from step n - 1 to n + 1 when it was last in contact, m. Then
+        three rows, for steps n, n + 1, n + 2 in turn: 2 plus the number of the step in
+        which the blade was in contact, so that 0 means never
     """
 
 

@@ -218,11 +218,11 @@ def folds_well(model: Model, scene: Scene) -> bool:
 def _put_on_circle(whole: EqualSectors, diameters: list[Diameter]) -> None:
     """Set an integrator's state so that an unbalanced rotor starts on its circle.
 
-    The circle, the rotor's motion without contact, is a constant wave and the last row
-    of amplitudes, see `turning_waves.Circle`. If the run must start on a smaller
-    circle, the other waves begin with the difference. Their energy is entered in the
-    ledger as work of the loading, and in the state's `sums_b`, which count the energy
-    that waves receive.
+    The circle, the rotor's motion without contact, is stored as one more wave, of
+    constant amplitude, in the last row, see `turning_waves.Circle`. If the run must
+    start on a smaller circle, the other waves begin with the difference. Their energy
+    is entered in the ledger as work of the loading, and in the state's `sums_b`, which
+    count the energy that waves receive.
 
     whole : integrator of all sectors
     diameters : the rotor's waves of each nodal diameter

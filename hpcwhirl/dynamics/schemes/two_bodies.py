@@ -102,9 +102,14 @@ class Coordinates:
 
 
 def modal_coordinates(body: ModalModel | None, step: float) -> Coordinates:
-    """Return the relation of a body's displacements to its modal amplitudes.
+    """Return how a body's state, its modal amplitudes, gives its displacements.
 
-    body, step : modes without terms of rotation, None for a rigid casing; dt, s
+    The result also converts velocities into the increments that the state has.
+
+    Parameters
+    ----------
+    body : modes without terms of rotation; None for a rigid casing, which has none
+    step : dt, s, of the time integration
     """
     steps = modal_steps(body, step, exact=False)
     if body is None:

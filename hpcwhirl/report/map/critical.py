@@ -70,7 +70,9 @@ def mark_critical(panels: Iterable[Any], picture: Picture, path: Path) -> None:
 def speeds_of(scene: Scene) -> Rows:
     """Return the critical speeds of a scene for the nodal diameter of its pulse.
 
-    Each is a dict of nodal_diameter, order n, speed, rad/s, and family.
+    Each is a dict with the keys `nodal_diameter` (of the blades' wave), `order` (n of
+    the excitation by the casing's wave), `speed` (rad/s) and `family` (of the blades'
+    modes, such as 1F).
     """
     k, rows = scene.nodal_diameter, critical_of(resolve(scene), ORDERS)
     return [row for row in rows if row["nodal_diameter"] == k]
