@@ -281,9 +281,9 @@ def test_a_new_docstring_compiles_nothing_and_a_new_constant_does(tmp_path):
 
     first = started()
     assert first[1:] == ["0.5", "0"]
-    told = "    gap, rate, bend : of one blade"
-    assert text.count(told) == text.count("else -gap / rate") == 1
-    text = "# a line more\n" + text.replace(told, f"\n\n{told}, as said")
+    begins = '):\n    """'  # the docstring of a function
+    assert text.count(begins) > text.count("else -gap / rate") == 1
+    text = "# a line more\n" + text.replace(begins, f"{begins}As said.\n\n    ")
     file.write_text(text)
     assert started() == [first[0], "0.5", "1"]
     file.write_text(text.replace("else -gap / rate", "else -2.0 * gap / rate"))
