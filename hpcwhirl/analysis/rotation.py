@@ -173,7 +173,7 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
     InputError
         with full rotation and unequal sectors, whose waves have no single diameter
     """
-    model = rotor_by_diameter(case.model)
+    model, speeds = rotor_by_diameter(case.model), np.abs(speeds)  # mirrored waves
     if model.spin is None:
         own = own_waves(modal_table(case.model), k)
         return {name: (k * speeds + w, k * speeds - w) for name, w in own.items()}

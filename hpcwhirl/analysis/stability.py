@@ -230,7 +230,7 @@ def growth_of_diameter(
     the same for roots below `SLOW`; `sprung`, 1/s, the largest growth below `SLOW` with
     springs of 1e3 .. 1e9 N/m at each blade, with `sprung_line`, and `spring`, N/m.
     Lines are in the rotating frame, of e^{i (k phi + line t)}; in the static frame such
-    a motion has the frequency k Omega - line, > 0 forward
+    a motion has the frequency k Omega - line, > 0 anticlockwise
     """
     pair = coupled(model, k, speed, friction)
     roots = closed_roots(pair)

@@ -128,11 +128,11 @@ class Edge:
     numbers : {name: value}: `begin`, `end`, s; from the later half of the motion
         `orbit_radius`, m (rms about the mean), `orbit_change` (relative change of
         radius from the first to the second part of that half), `turning_rate`, rad/s
-        (mean rate of the centre's polar angle), `whirl_ratio`, `line_frequency`, rad/s,
-        `contact_share` (share of steps with contact); from the whole motion
-        `leaving_rate`, 1/s, at which the two sides separate, and the numbers of
-        `bisections`, of `pieces`, and of times that the pair of states was `widened` to
-        contain the boundary again
+        (mean rate of the centre's polar angle, > 0 forward), `whirl_ratio`,
+        `line_frequency`, rad/s, `contact_share` (share of steps with contact); from the
+        whole motion `leaving_rate`, 1/s, at which the two sides separate, and the
+        numbers of `bisections`, of `pieces`, and of times that the pair of states was
+        `widened` to contain the boundary again
     """
 
     time: Floats
@@ -428,7 +428,8 @@ def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
     whirl = whirl_numbers(time, centre, speed)
     z = centre @ np.array([1.0, 1j])
     halves = [np.sqrt(np.mean(np.abs(part) ** 2)) for part in np.array_split(z, 2)]
-    turned = np.polyfit(time - time[0], np.unwrap(np.angle(z)), 1)[0]
+    sense = -1.0 if speed < 0.0 else 1.0
+    turned = sense * np.polyfit(time - time[0], np.unwrap(np.angle(z)), 1)[0]
     return {
         "orbit_radius": whirl.radius,
         "orbit_change": float((halves[1] - halves[0]) / halves[1]),

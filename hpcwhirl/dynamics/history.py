@@ -18,7 +18,9 @@ LEDGER_TERMS = (
     # relative to `rotation`, of second order in the time step
     "wear",  # spent on wear of a layer, plastic or by rubbing, J, >= 0
     "friction",  # work of friction on the motions of both bodies, J
-    "rotation",  # work of the rotation, -lambda Omega dw/dtheta; w with the shape, J
+    "rotation",  # work of the rotation, -lambda Omega dw/dtheta; w with the shape, J;
+    # with that of a gap that closes, and in a run-up with rotation "full" that of the
+    # radial motion without contact, lambda r_u'
     "residual",  # energy + damping + impact + wear - pulse - friction - rotation, J
 )
 

@@ -6,9 +6,10 @@ On nodal diameter k, u = Re(Y e^{i k theta + s t}) in the rotating frame,
 [s^2 M + s (D + D_s + 2 Omega C) + K(Omega) + S] Y = 0,
 
 K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2, with M, K Hermitian and C skew-Hermitian.
-Each root s is one wave. It turns with the rotation (forward) if Im s < 0, with
-frequency -Im s in the rotating frame and -Im s + k Omega in the static one. The sorted
-2 m frequencies of m coordinates keep their order at all speeds, so each wave is named
+Each root s is one wave. At Omega > 0 it turns with the rotation (forward) if Im s < 0,
+with frequency -Im s in the rotating frame and -Im s + k Omega in the static one; at
+Omega < 0 if Im s > 0, with frequencies Im s and Im s - k Omega. The sorted 2 m
+frequencies of m coordinates keep their order at all speeds, so each wave is named
 after the mode at rest from which it comes. With unequal sectors a wave has no single
 diameter and is named after the mode at rest of which it contains most.
 """
@@ -82,8 +83,9 @@ def _line(k: int, family: str, root: complex, speed: float) -> WaveLine:
     k, family : nodal diameter; family of the mode at rest from which it comes
     root, speed : s, 1/s; Omega, rad/s
     """
-    turning = -float(root.imag)
-    return WaveLine(k, family, turning, turning + k * speed, float(root.real))
+    sense = -1.0 if speed < 0.0 and k > 0 else 1.0
+    turning = -sense * float(root.imag)
+    return WaveLine(k, family, turning, turning + k * abs(speed), float(root.real))
 
 
 def _at_rest(model: ModalModel, speed: float) -> list[WaveLine]:

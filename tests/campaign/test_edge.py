@@ -9,7 +9,14 @@ from synthetic import synthetic
 
 from hpcwhirl.analysis.edge_tracking import LostEdgeError
 from hpcwhirl.analysis.regimes import evidence
-from hpcwhirl.campaign.edge import Continued, Tracking, edge, moment_of, since
+from hpcwhirl.campaign.edge import (
+    Continued,
+    Tracking,
+    _orbit,
+    edge,
+    moment_of,
+    since,
+)
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels import contact
@@ -174,3 +181,12 @@ def test_a_campaign_over_force_has_an_edge_on_each_line_with_a_change(
     assert "no pulse changes the word from damped on 1 lines" in capsys.readouterr().err
     assert main(["edge", str(place), "--plot", str(tmp_path / "edge.png")]) == 2
     assert "--plot draws one edge, got 2 lines" in capsys.readouterr().err
+
+
+def test_numbers_of_a_mirrored_orbit_are_those_in_the_sense_of_rotation():
+    time = np.linspace(0.0, 1.0, 4000)
+    z = 1e-4 * np.exp(40j * time) + 2e-5 * np.exp(-90j * time)
+    centre = np.column_stack([z.real, z.imag])
+    one, other = _orbit(time, centre, 300.0), _orbit(time, centre * [1, -1], -300.0)
+    assert one["turning_rate"] == pytest.approx(40.0, rel=0.05)
+    assert other == pytest.approx(one, rel=1e-6)

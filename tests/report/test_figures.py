@@ -645,3 +645,58 @@ def test_a_case_that_kept_no_traces_is_told_and_in_no_figure(tmp_path, capsys):
         f"orbit, case 1: {why}", f"orbit, case 3: {why}",
         f"cascade, cascade-traces=summary: {why}",
     ]  # fmt: skip
+
+
+def of_mirrored(values, **inputs):
+    """Results of a campaign, and of the same one turning clockwise."""
+    back = {n: -v if n in {"speed", "acceleration"} else v for n, v in inputs.items()}
+    return [
+        SimpleNamespace(
+            scene=lambda _, own=own: apply_settings(values.scene(0), own),
+            rows=[row | {"speed": sign * row["speed"]} for row in values.rows],
+            others=values.others, like=values.like,
+        )
+        for sign, own in ((1.0, inputs), (-1.0, back))
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("rotation", ["none", "full"])
+def test_the_interaction_diagram_of_a_mirrored_speed_is_mirrored(cases, rotation):
+    there, back = of_mirrored(cases, speed=410.0, rotation=rotation)
+    line = cases.like(0)
+    one = frequencies.draw_interaction(there, line).axes[0]
+    other = frequencies.draw_interaction(back, line[::-1]).axes[0]
+    marks = [
+        sorted((abs(x.get_xdata()[0]), x.get_ydata()[0]) for x in axes.lines
+               if x.get_marker() == "o")
+        for axes in (one, other)
+    ]  # fmt: skip
+    assert len(marks[0]) > 3
+    assert np.array(marks[1]) == pytest.approx(np.array(marks[0]))
+    own = [li for li in one.lines if len(li.get_xdata()) > 2]
+    for a, b in zip(own, other.lines, strict=False):
+        assert a.get_label() == b.get_label()
+        assert b.get_xdata()[::-1] == pytest.approx(-a.get_xdata())
+        assert b.get_ydata()[::-1] == pytest.approx(a.get_ydata())
+
+
+def test_the_waterfall_of_a_mirrored_run_up_shows_forward_whirl_above(cases):
+    law = {"speed": 300.0, "acceleration": 2000.0, "duration": 0.06}
+    shown = []
+    for each in of_mirrored(cases, **law):
+        result = simulate(each.scene(0))
+        each.rows, each.traces = [result.row], lambda _, own=result.traces: own
+        panels = sweeps.draw_waterfall(each, 0).axes[:2]
+        dotted = [
+            abs(li.get_xdata()[0]) for li in panels[1].lines if li.get_ls() == ":"
+        ]
+        low, high = np.abs(panels[1].get_xlim())
+        assert all(min(low, high) < at < max(low, high) for at in dotted)
+        amplitude = [axes.collections[0].get_array() for axes in panels]
+        shown.append((np.array(amplitude[0]), np.array(amplitude[1])[:, ::-1]))
+        shown[-1] += (np.array(amplitude[1]),)
+    (time, _, speed), (mirrored, turned, _) = shown
+    rows = time.sum(axis=1)
+    assert np.abs(rows - rows[::-1]).max() > 0.1 * rows.max()  # not the same both ways
+    assert mirrored[1:-1] == pytest.approx(time[1:-1], abs=1e-2 * time.max())
+    assert turned[1:-1] == pytest.approx(speed[1:-1], abs=1e-2 * time.max())

@@ -18,7 +18,7 @@ from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.cli import campaign, main
 from hpcwhirl.report import canvas, render_process
-from hpcwhirl.report.map import drawing, layout, maps
+from hpcwhirl.report.map import critical, drawing, layout, maps
 from hpcwhirl.report.map.axes import Axis, cell_edges, straight
 from hpcwhirl.report.map.data import Wish, picture_of
 from hpcwhirl.report.map.drawing import NO_CELL
@@ -654,3 +654,19 @@ def test_texts_at_ticks_are_shown_as_they_are_written():
     labels = own.get_ticklabels()
     assert [label.get_text() for label in labels] == ["a$x$.h5", "b_2.h5"]
     assert not any(label.get_parse_math() for label in labels)
+
+
+def test_critical_speeds_of_a_mirrored_map_are_mirrored(facts):
+    rows = [
+        row for row in facts("model", "table2", "--json")["critical_speeds"]
+        if row["nodal_diameter"] == 1
+    ]  # fmt: skip
+    found = []
+    for ends in ((200.0, 400.0), (-200.0, -400.0)):
+        axes = canvas.new_figure((6, 4))[1]
+        axes.set(xlim=sorted(ends), ylim=(0.0, 1.0))
+        critical._draw(axes, [(critical._Level(0.0, 1.0, 0), rows)], 1.0, upright=True)
+        marks = sorted(abs(line.get_xdata()[0]) for line in axes.lines)
+        found.append((marks, {t.get_text() for t in axes.texts}))
+    assert found[0] == found[1]
+    assert len(found[0][1]) > 1

@@ -333,8 +333,8 @@ def _crossings(axes: Any, case: Case, span: Floats, orders: int) -> None:
                 found.setdefault(row["family"], []).append(row | {"side": -1})
     for family, rows in found.items():
         seen = [
-            row for row in rows
-            if span[0] <= row["speed"] <= span[-1] and row["side"] != 1
+            row | {"speed": at} for row in rows for at in (row["speed"], -row["speed"])
+            if span[0] <= at <= span[-1] and row["side"] != 1
         ]  # fmt: skip
         _marked(axes, family, seen, casing.get(k, 0.0), span)
 

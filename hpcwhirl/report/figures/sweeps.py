@@ -325,7 +325,8 @@ def draw_waterfall(cases: Results, case: int) -> Any:
         raise InputError(msg)
     mean = float(np.abs(speed_at(scene, time)).mean())
     turn = 2 * np.pi / mean if mean > 0.0 else float(time[-1])
-    spectra = spectra_over(time, traces["centre"] @ np.array([1.0, 1j]), turn)
+    sense = -1.0 if scene.speed < 0.0 else 1.0  # forward above 0
+    spectra = spectra_over(time, traces["centre"] @ np.array([1.0, sense * 1j]), turn)
     names = ["time"] if law_of(scene) is None else ["time", "speed"]
     figure, (panels,) = new_figure(
         (11 if names[1:] else 7, 5.6), 1, len(names), sharey=True, squeeze=False
@@ -382,6 +383,7 @@ def _waterfall(
     )  # fmt: skip
     for sign in (1.0, -1.0):
         axes.plot(at, sign * speeds[::-1][last], "w--", lw=0.8)
+    sense = -1.0 if name == "speed" and case.scene.speed < 0.0 else 1.0
     for one in crossings(case):
-        axes.axvline(one[name], c="w", ls=":", lw=0.9)
+        axes.axvline(sense * one[name], c="w", ls=":", lw=0.9)
     axes.set(xlabel=axis_of(name), ylim=(-most, most))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -120,6 +121,8 @@ def _draw(
 ) -> None:
     """Draw the critical speeds of a panel, a line segment across each cell.
 
+    They are the same clockwise, at negative speeds.
+
     Parameters
     ----------
     axes : axes of matplotlib
@@ -132,14 +135,14 @@ def _draw(
     low, high = sorted(along)
     named: dict[str, float] = {}
     for level, rows in lines[::-1]:  # names are at the ends of the lines
-        for row in rows:
-            at = factor * row["speed"]
+        for row, sense in product(rows, (1.0, -1.0)):
+            at = sense * factor * row["speed"]
             if not low <= at <= high:
                 continue
             _piece(axes, row, at, level, upright=upright)
             text = eq13_of(row["family"]) if row["order"] == 1 else f"n={row['order']}"
             near = (abs(at - other) for other in named.values())
-            if text not in named and min(near, default=high) > CLOSE * (high - low):
+            if text not in named and min(near, default=np.inf) > CLOSE * (high - low):
                 named[text] = at
                 _name(axes, text, (at, min(level.high, max(across))), upright=upright)
 
