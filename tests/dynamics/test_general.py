@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from solving import place_of, solve
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
@@ -32,13 +33,9 @@ from hpcwhirl.store.hdf5 import write_arrays
 
 KINDS = {"modal": UncoupledRotor, "general": GeneralRotor}
 MODES = {1: 6, 2: 8, 7: 30, 12: 54, 22: 110, 30: 60}
-place_of, recall, guess, seek, read_near, farthest = (  # parts, for Python
-    kernel(part.py_func)
-    for part in (
-        keep.place_of, keep.recall, circulant.guess, circulant.seek, whole.read_near,
-        general.farthest,
-    )
-)  # fmt: skip
+read_near, farthest = (  # parts, for Python
+    kernel(part.py_func) for part in (whole.read_near, general.farthest)
+)
 
 
 def pattern(blades, size=0.05):
@@ -244,14 +241,9 @@ def test_contacts_of_unequal_blades_are_opened_by_any_way(blades):
         if gaps.min() >= 0.0:
             continue
         space = circulant.constant_space(blades, wide, w, known)
-        recall(blades, wide, space)
         row = gaps[folded(blades, wide)]
-        active = guess(row, 0, gaps.min(), blades, wide, space)
-        if active < 0:
-            active = seek(row, 0, gaps.min(), blades, wide, space)
-        ways[active < 0] += 1
-        if active < 0:
-            active = circulant.solve_any(row, 0, blades, wide, space)
+        active, way = solve(row, gaps.min(), blades, wide, space, True)
+        ways[way == 2] += 1
         lam = np.zeros(blades)
         lam[space.where[:active]] = space.push[:active]
         after = gaps + w @ lam

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from solving import place_of
+from solving import solve as solve_row
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import circulant, contact, whole
@@ -14,13 +16,31 @@ from hpcwhirl.dynamics.slots import transforms
 from hpcwhirl.dynamics.snapshot import restore, snapshot
 from hpcwhirl.scene import Scene, apply_settings
 
-guess, seek, seek_near, read_all, open_whole, recall, turn_to, place_of = (
-    kernel(part.py_func)  # for Python
-    for part in (
-        circulant.guess, circulant.seek, whole.seek_near, whole.read_all,
-        whole.open_whole, keep.recall, keep.turn_to, keep.place_of,
-    )
-)  # fmt: skip
+read_all, open_whole = (  # parts, for Python
+    kernel(part.py_func) for part in (whole.read_all, whole.open_whole)
+)
+
+
+@kernel
+def turn_or_recall(active, blades, wide, space, turns):
+    """Change the kept inverse to that of some blades; or compute it from its list."""
+    if turns:
+        keep.turn_to(active, space.where, blades, wide, space)
+    else:
+        keep.recall(blades, wide, space)
+
+
+@kernel
+def solve_bounded(  # noqa: PLR0917
+    rows, q, others, tips, opened, lowest, blades, wide, space
+):
+    """Return the number of active blades, where tips are bounds until computed."""
+    active = circulant.guess(opened, 0, lowest, blades, wide, space)
+    if active < 0:
+        active = whole.seek_near(
+            rows, q, others, 0, tips, opened, lowest, blades, space
+        )
+    return active
 
 
 def drawn_column(blades, drawn, least):
@@ -47,12 +67,8 @@ def space_of(w):
 def solve(gaps, space):
     """Return multipliers, corrected gaps, and by which way they were found."""
     blades, wide = len(gaps), widths(len(gaps))[1]
-    row, way = gaps[folded(blades, wide)], 0
-    active = guess(row, 0, gaps.min(), blades, wide, space)
-    if active < 0:
-        active, way = seek(row, 0, gaps.min(), blades, wide, space), 1
-    if active < 0:
-        active, way = circulant.solve_any(row, 0, blades, wide, space), 2
+    row = gaps[folded(blades, wide)]
+    active, way = solve_row(row, gaps.min(), blades, wide, space, False)
     lam = np.zeros(blades)
     lam[space.where[:active]] = space.push[:active]
     return lam, row[[place_of(j, blades, wide) for j in range(blades)]], way
@@ -120,7 +136,7 @@ def test_a_kept_inverse_is_that_of_its_blades_and_is_found_again():
     for _ in range(200):
         flips = drawn.choice(blades, size=drawn.integers(1, 4), replace=False)
         active[flips] = 1 - active[flips]
-        turn_to(active.copy(), space.where, blades, wide, space)
+        turn_or_recall(active.copy(), blades, wide, space, True)
         size = space.known[blades + keep.SIZE]
         changed += space.known[blades + keep.CHANGED] > 0
         own = space.known[:size]
@@ -128,7 +144,7 @@ def test_a_kept_inverse_is_that_of_its_blades_and_is_found_again():
         found = space.inverse.reshape(padded, padded)[:size, :size]
         assert found.T @ w[np.ix_(own, own)] == pytest.approx(np.eye(size), abs=1e-11)
         other.known[:] = space.known
-        recall(blades, wide, other)
+        turn_or_recall(active, blades, wide, other, False)
         assert np.array_equal(other.known, space.known)
         again = other.inverse.reshape(padded, padded)[:size, :size]
         assert again.tobytes() == found.tobytes()
@@ -141,11 +157,11 @@ def test_blades_whose_w_is_singular_make_the_inverse_unsound():
     w, wide = root @ root.T, widths(30)[1]  # of rank 12
     space, active = space_of(w), np.zeros(30, np.int64)
     active[:10] = 1
-    turn_to(active.copy(), space.where, 30, wide, space)
+    turn_or_recall(active.copy(), 30, wide, space, True)
     assert space.known[30 + keep.SOUND] == 1
     for j in range(10, 14):
         active[j] = 1
-        turn_to(active.copy(), space.where, 30, wide, space)
+        turn_or_recall(active.copy(), 30, wide, space, True)
         assert space.known[30 + keep.SOUND] == (j < 12)
 
 
@@ -193,9 +209,7 @@ def test_sets_are_the_same_whether_tips_are_computed_or_bounded(blades):
         tips[:] = bounds[chosen]
         open_whole(tips, others, 0, left)
         ways[solve(own, sure)[2]] += 1
-        active = guess(left, 0, lowest, blades, wide, near)
-        if active < 0:
-            active = seek_near(rows, q, others, 0, tips, left, lowest, blades, near)
+        active = solve_bounded(rows, q, others, tips, left, lowest, blades, wide, near)
         assert near.known.tobytes() == sure.known.tobytes()
         assert near.where[:active].tobytes() == sure.where[:active].tobytes()
         assert near.push[:active].tobytes() == sure.push[:active].tobytes()

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from solving import place_of, solve
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics import march as marching
 from hpcwhirl.dynamics.kernels import circulant, contact, cyclic
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
-from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.slots import transforms
 from hpcwhirl.dynamics.timestep import recursion
@@ -23,10 +23,6 @@ from hpcwhirl.scene import apply_settings, engine_inputs, named_scene
 SCHEMES = ["modal", "general", "paper", "exact"]
 SLOW_EXACT = [*SCHEMES[:3], pytest.param("exact", marks=pytest.mark.slow)]
 CENTRAL = SCHEMES[:3]  # central differences: the same to round-off
-place_of, recall, guess, seek = (  # parts, for Python
-    kernel(part.py_func)
-    for part in (keep.place_of, keep.recall, circulant.guess, circulant.seek)
-)
 
 
 def scene(**settings):
@@ -473,22 +469,16 @@ def test_the_guess_is_the_solution_or_says_no():
             continue
         space = circulant.circulant_space(22, wide, column, known, transforms(22)[1])
         assert np.array_equal(space.rows.reshape(22, -1), w[fold].T)
-        recall(22, wide, space)
         row = gaps[fold].copy()
-        active = guess(row, 0, gaps.min(), 22, wide, space)
-        if active < 0:
-            active = seek(row, 0, gaps.min(), 22, wide, space)
-        if active >= 0:
-            right += 1
-        else:
-            active = circulant.solve_any(row, 0, 22, wide, space)
+        active, way = solve(row, gaps.min(), 22, wide, space, True)
+        right += way < 2
         lam, opened, _ = pivoted(w, gaps)
         found = np.zeros(22)
         found[space[4][:active]] = space[0][:active]
         assert found == pytest.approx(lam, rel=1e-11)
         assert row[places] == pytest.approx(opened, rel=1e-9, abs=1e-19)
-        again = guess(gaps[fold], 0, gaps.min(), 22, wide, space)
-        assert again == active  # the set that is kept is the solution's
+        again = solve(gaps[fold], gaps.min(), 22, wide, space, False)
+        assert again == (active, 0)  # the set that is kept is the solution's
     assert 0 < right < 200
 
 
