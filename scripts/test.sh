@@ -25,7 +25,8 @@ fail() { echo "test: $*" >&2; exit 1; }
 # the second run must test what the first one did.
 on_wheels() (
   export HPCWHIRL_VENV=$root/.venv HPCWHIRL_EXTRAS=dev HPCWHIRL_MPI=${HPCWHIRL_MPI:-mpich}
-  [ -x "$HPCWHIRL_VENV/bin/python" ] || fetch_packages "$HPCWHIRL_VENV"
+  [ -x "$HPCWHIRL_VENV/bin/python" ] || fetch_packages "$HPCWHIRL_VENV" ||
+    say "uv could not install the packages: pip does"
   # shellcheck source=scripts/environment.sh
   . scripts/environment.sh
   export HPCWHIRL_MPIRUN=$MPIRUN
@@ -47,9 +48,9 @@ on_wheels() (
 # What environment.sh would install, for a fifth of pip's processor time; its own pip
 # then checks that nothing is missing.
 fetch_packages() {  # VENV
-  "${PYTHON:-python3}" -m venv "$1"
-  "$1/bin/python" -m pip --quiet --disable-pip-version-check install --no-compile "$uv"
-  "$1/bin/uv" pip install --quiet --no-cache --python "$1/bin/python" -e "${root}[dev]"
+  "${PYTHON:-python3}" -m venv "$1" &&
+    "$1/bin/python" -m pip --quiet --disable-pip-version-check install --no-compile "$uv" &&
+    "$1/bin/uv" pip install --quiet --no-cache --python "$1/bin/python" -e "${root}[dev]"
 }
 
 # To collect all tests takes ten seconds; tests/conftest.py checks that none is missed.
