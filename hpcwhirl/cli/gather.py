@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.command import code_of, tell_failure
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_take_over
 from hpcwhirl.errors import COMPLETE, FAILED, WhirlError, say
+
+if TYPE_CHECKING:
+    from hpcwhirl.store.directory.campaign_directory import Directory
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,6 +42,7 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.results.gather import gather
 
     comm, directory = communicator(), Directory(args.folder)
+    before = _words_and_numbers(directory) if comm.rank == 0 else ""
     facts: dict[str, str | float] = {"version": __version__, **threshold_facts()}
     try:
         asking = Asking(args.take_over, say)
@@ -55,9 +60,21 @@ def run(args: argparse.Namespace) -> int:
         from hpcwhirl.report.map.maps import refresh
 
         print(path)
-        _tell(*refresh(directory))
+        changed = _words_and_numbers(directory) != before
+        _tell(*refresh(directory, changed=changed))
         code = _code(path)
     return int(from_root(comm, code))
+
+
+def _words_and_numbers(directory: Directory) -> str:
+    """Return a text that changes with the results, see `Results.digest`; "" if none."""
+    from hpcwhirl.store.reading.results_file import Results
+
+    try:
+        with Results(directory.results) as results:
+            return results.digest(thresholds=False)
+    except WhirlError:  # there is no file yet, or a damaged one that is replaced
+        return ""
 
 
 def _code(path: Path) -> int:

@@ -654,3 +654,29 @@ def test_texts_at_ticks_are_shown_as_they_are_written():
     labels = own.get_ticklabels()
     assert [label.get_text() for label in labels] == ["a$x$.h5", "b_2.h5"]
     assert not any(label.get_parse_math() for label in labels)
+
+
+def test_only_what_shows_older_results_is_called_stale(campaign, capsys):
+    code, folder = campaign("sweep = {speed = [300, 410]}")
+    assert code == 0
+    assert main(["map", str(folder), "--csv", "--colour", "growth_rate"]) == 0
+    table = folder / "map-growth_rate.csv"
+    before = table.read_text()
+    table.write_text("older")
+    (folder / "figures").mkdir()
+    for command in ("gather", "classify"):  # the words stay the same
+        assert main([command, str(folder)]) == 0
+        assert "figures" not in capsys.readouterr().err
+        assert table.read_text() == before
+    assert main(["classify", str(folder), "--set", "ledger=0"]) == 0
+    assert {*open_results(folder).outcome.to_numpy()} == {"unstable"}
+    assert f"{folder}/figures is stale: hpcwhirl figures" in capsys.readouterr().err
+    assert main(["gather", str(folder)]) == 0  # the words change back
+    assert f"{folder}/figures is stale: hpcwhirl figures" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("colour", ["log(-1)", "1/0", "sqrt(-gap)"])
+def test_a_colour_that_is_finite_in_no_case_is_refused(finished, capsys, colour):
+    assert main(["map", str(finished), "--colour", colour]) == 2
+    told = f"--colour: '{colour}' is a finite number in none of the cases shown\n"
+    assert capsys.readouterr().err.endswith(told)
