@@ -159,7 +159,7 @@ def _pace(found: Progress) -> dict[str, str]:
 
     out = {}
     if found.rate is not None and found.left:
-        out["ranks"] = str(found.ranks)
+        out["ranks with recent results"] = str(found.ranks)
         out["rate"] = f"{found.rate:.4g} cases/h"
     if found.eta is not None and found.left:
         out["left at this rate"] = duration_text(found.eta)

@@ -109,6 +109,7 @@ def test_status_tells_in_words_what_it_tells_in_json(folder, capsys, facts):
     told = capsys.readouterr().out
     assert "left: 3" in told
     assert f"rate: {3600 * (2 / 80 + 1 / 30):.4g} cases/h" in told
+    assert "ranks with recent results: 2\n" in told
     found = facts("status", str(folder), "--json")
     assert found["rate"] == pytest.approx(3600 * (2 / 80 + 1 / 30))
 
