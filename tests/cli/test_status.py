@@ -285,6 +285,7 @@ def test_busy_means_one_thing_and_is_what_results_call_so(folder, capsys):
     assert "busy" not in Progress.__dataclass_fields__
     share = {"cases": 1, "busy": 9.0, "span": 10.0}
     assert "busy fraction 0.900" in told_shares([share])
+    assert told_shares([share]).startswith("1 case in 10.0 s on 1 rank: ")
     assert "busy" in SHARES["busy_fraction"].meaning
 
 

@@ -680,3 +680,11 @@ def test_a_colour_that_is_finite_in_no_case_is_refused(finished, capsys, colour)
     assert main(["map", str(finished), "--colour", colour]) == 2
     told = f"--colour: '{colour}' is a finite number in none of the cases shown\n"
     assert capsys.readouterr().err.endswith(told)
+
+
+def test_figures_of_a_file_are_refused_in_one_line(finished, capsys):
+    path = finished / "results.h5"
+    assert main(["figures", str(path), "--kind", "orbit"]) == 2
+    told = capsys.readouterr().err
+    assert f"DIR must be the directory of a campaign, got the file {path}" in told
+    assert told.count("\n") == 1
