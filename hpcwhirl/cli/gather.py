@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _words_and_numbers(directory: Directory) -> str:
-    """Return a text that changes with the results, see `Results.digest`; "" if none."""
+    """Return a digest of the numbers and words of results.h5; "" if there is none."""
     from hpcwhirl.store.reading.results_file import Results
 
     try:
