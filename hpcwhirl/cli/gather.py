@@ -42,9 +42,9 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.results.gather import gather
 
     comm, directory = communicator(), Directory(args.folder)
-    before = _words_and_numbers(directory) if comm.rank == 0 else ""
     facts: dict[str, str | float] = {"version": __version__, **threshold_facts()}
     try:
+        before = _words_and_numbers(directory) if comm.rank == 0 else ""
         asking = Asking(args.take_over, say)
         path = gather(directory, facts, comm, compress=args.compress, asking=asking)
     except WhirlError as failed:  # raised on every rank, printed by rank 0
