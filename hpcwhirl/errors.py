@@ -86,6 +86,11 @@ def unreadable(path: Path | str, failed: OSError) -> MissingFileError:
     return MissingFileError(f"cannot read {path}: {failed.strerror or failed}")
 
 
+def cases_told(count: int) -> str:
+    """Return a number of cases as text, such as "1 case" or "22 cases"."""
+    return f"{count} case" if count == 1 else f"{count} cases"
+
+
 def one_line(text: str, most: int = LONGEST) -> str:
     """Return a text as one line of at most `most` characters, for a message.
 

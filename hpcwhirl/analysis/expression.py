@@ -39,6 +39,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from hpcwhirl.errors import SHOWN, InputError, one_line
+from hpcwhirl.scene.units import is_unit
 from hpcwhirl.store.reading.select import SAME
 
 LONGEST = 2000  # largest number of characters of a condition
@@ -177,11 +178,20 @@ class _Parser:
 
     def _expect(self, sign: str) -> None:
         if not self._is("sign", sign):
-            _refuse(f"'{sign}' is missing{self._before()}")
+            _refuse(f"'{sign}' is missing{self._before()}{self._unit()}")
         self.at += 1
 
     def _before(self) -> str:
         return f" before '{self._next.value}'" if self._next.kind != "end" else ""
+
+    def _unit(self) -> str:
+        """Return a hint where a unit follows a number, as in "300 rpm"; else ""."""
+        last = self.tokens[self.at - 1].kind if self.tokens and self.at else ""
+        if (last, self._next.kind) != ("number", "name") or not is_unit(
+            self._next.value
+        ):
+            return ""
+        return ": numbers are in SI, without a unit"
 
     def _step(self, does: str, parts: int, start: int, value: float | str = "") -> None:
         end = self.tokens[self.at - 1].end if self.tokens else 0
@@ -190,7 +200,7 @@ class _Parser:
     def end(self) -> None:
         """Raise an error if the condition's text goes on after it is complete."""
         if self._next.kind != "end":
-            _refuse(f"'{self._next.value}' is not expected there")
+            _refuse(f"'{self._next.value}' is not expected there{self._unit()}")
 
     def either(self) -> None:
         self._joined(self.both, "name", "or")

@@ -73,7 +73,7 @@ class Tracking:
             if not (math.isfinite(value) and value > 0.0):
                 raise InputError(f"{name} must be > 0, got {value:g}")
         if not self.near < self.far < 1.0:
-            msg = f"near < far < 1 is needed, got {self.near:g} and {self.far:g}"
+            msg = f"near must be < far, and far < 1, got {self.near:g} and {self.far:g}"
             raise InputError(msg)
         if not (math.isfinite(self.begin) and self.begin >= 0.0):
             raise InputError(f"begin must be >= 0 s, got {self.begin:g}")

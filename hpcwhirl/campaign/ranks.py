@@ -22,7 +22,7 @@ from typing import Any
 
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.campaign.work_queue import Answers, Questions, WorkQueue
-from hpcwhirl.errors import MissingFileError, say
+from hpcwhirl.errors import MissingFileError, cases_told, say
 from hpcwhirl.launch import ALONE, Communicator
 from hpcwhirl.store.directory.runs import Runs, Share
 
@@ -334,6 +334,6 @@ def told(shares: list[Share]) -> str:
     ranks = f"{len(shares)} rank{'s' if len(shares) > 1 else ''}"
     least = f"{min(busy):.3f} to {max(busy):.3f}" if len(busy) > 1 else f"{busy[0]:.3f}"
     return (
-        f"{cases} cases in {span:.1f} s on {ranks}: {cases / max(span, 1e-9):.3g} "
-        f"cases/s, busy fraction {least}"
+        f"{cases_told(cases)} in {span:.1f} s on {ranks}: "
+        f"{cases / max(span, 1e-9):.3g} cases/s, busy fraction {least}"
     )

@@ -26,7 +26,7 @@ from hpcwhirl.campaign.stop import PILOT_OVER, Stop, Stopping, Watchdog
 from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.campaign.work_queue import WorkQueue
 from hpcwhirl.campaign.worker_process import Child
-from hpcwhirl.errors import WhirlError, say
+from hpcwhirl.errors import WhirlError, cases_told, say
 from hpcwhirl.launch import (
     ALONE,
     Communicator,
@@ -177,7 +177,7 @@ def _begun(work: Work, design: Design, shard: Shard | None) -> str:
     already = f", {kept} already computed" if kept else ""
     alone = len(work.suspects)
     apart = f", {alone} isolated after two crashes" if alone else ""
-    return f"{len(work.mine)} cases{so_far}{of}{already}{apart}"
+    return f"{cases_told(len(work.mine))}{so_far}{of}{already}{apart}"
 
 
 class _Report:
@@ -200,7 +200,7 @@ class _Report:
         self.finished += 1
         self.failed += not end.is_ok
         if self.gave_up:
-            self.stopping.ask(f"{self.failed} cases without a result")
+            self.stopping.ask(f"{cases_told(self.failed)} without a result")
         now = time.monotonic()
         spent = now - self.start
         every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)
@@ -212,7 +212,7 @@ class _Report:
         bad = f", {self.failed} failed" if self.failed else ""
         rate = f"{3600 * self.finished / max(spent, 1e-9):.4g} cases/h"
         so_far = " so far" if self.queue.may_grow else ""
-        progress = f"{self.finished} of {total} cases{so_far}{bad}, {rate}"
+        progress = f"{self.finished} of {cases_told(total)}{so_far}{bad}, {rate}"
         say(f"{progress}, {duration_text(left)} left")
 
 

@@ -26,6 +26,7 @@ from hpcwhirl.errors import (
     InputError,
     NoRoomError,
     WhirlError,
+    cases_told,
     say,
 )
 from hpcwhirl.launch import communicator
@@ -213,19 +214,24 @@ def _pages(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
     Returns
     -------
     list of the page's path, also if it was not written again; empty if no page is
-    wanted
+    wanted and none shows these results
     """
     from hpcwhirl.report.page.build import is_stale, write_page
 
+    page = directory.page
     if "page" not in rules.pictures(ending.cases):
-        if rules.report == "auto":
-            how = shlex.join(["hpcwhirl", "report", str(directory)])
+        how = shlex.join(["hpcwhirl", "report", str(directory)])
+        if page.exists():
+            if not is_stale(directory):
+                return [page]
+            say(f"report.html is of earlier results: {how}")
+        elif rules.report == "auto":
             why = f"{ending.cases} cases, more than {MOST_ON_PAGE}"
             say(f"no report.html: {why}: {how}")
         return []
     if not ending.gathered:
-        if directory.page.exists() and not is_stale(directory):
-            return [directory.page]
+        if page.exists() and not is_stale(directory):
+            return [page]
         say("writing report.html, which is missing or of earlier results")
     return [write_page(directory)]
 
@@ -241,11 +247,12 @@ def _maps(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
     """
     out = directory.path
     files = [out / "map.png", out / "map.svg"]
+    how = shlex.join(["hpcwhirl", "map", str(out)])
     if not ending.gathered and _is_after(ending.results, files):
         return files
     if "map" not in rules.pictures(ending.cases):
         if any(path.exists() for path in files):
-            say(f"map.png and map.svg are of earlier results: hpcwhirl map {out}")
+            say(f"map.png and map.svg are of earlier results: {how}")
         return []
     if not ending.gathered:
         say("drawing map.png and map.svg, which are missing or of earlier results")
@@ -254,7 +261,7 @@ def _maps(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
     try:
         return draw_apart(ending.results, out)
     except InputError as refused:
-        say(f"no map: {refused}: hpcwhirl map {out} ...")
+        say(f"no map: {refused}: {how} ...")
         return []
 
 
@@ -281,7 +288,7 @@ def _failures(ending: Any) -> str:
 
     ending : how the campaign's run ended
     """
-    text = f"{ending.failed} of {ending.cases} cases failed"
+    text = f"{ending.failed} of {cases_told(ending.cases)} failed"
     if ending.missing:
         text += f", {ending.missing} of them without a row: the same command "
         text += "computes these"

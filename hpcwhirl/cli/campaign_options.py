@@ -92,6 +92,12 @@ def option(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
+def number(text: str) -> float:
+    """Return the number that a text is; a whole one as an int, to be told as it is."""
+    value = float(text)
+    return int(text) if text.strip().lstrip("+-").isdigit() else value
+
+
 def _add_option(parser: Any, name: str, field: Any) -> None:
     """Add the option that sets a key of [campaign]; its value is None if not used.
 
@@ -109,7 +115,7 @@ def _add_option(parser: Any, name: str, field: Any) -> None:
     else:
         how["metavar"] = SHAPES.get(name, "N" if kind is int else "SECONDS")
         how |= {"action": "append"} if get_origin(kind) is frozenset else {}
-        how |= {"type": kind} if kind in {int, float} else {}
+        how |= {"type": {int: int, float: number}[kind]} if kind in {int, float} else {}
     parser.add_argument(option(name), **how)
 
 
@@ -136,7 +142,7 @@ def _extension(args: argparse.Namespace) -> float | None:
     if (args.extend is None) != (args.to is None):
         raise InputError("--extend undecided and --to SECONDS belong together")
     if args.to is not None and not 0.0 < args.to < math.inf:
-        raise InputError(f"--to must be a number of seconds > 0, got {args.to}")
+        raise InputError(f"--to must be a number of seconds > 0, got {args.to:g}")
     return None if args.to is None else float(args.to)
 
 
@@ -212,7 +218,7 @@ def _policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Pol
     if shard:
         design.check_shards("no --shard")
     if args.pilot is not None and not 0.0 < args.pilot < math.inf:
-        raise InputError(f"--pilot must be a number of seconds > 0, got {args.pilot}")
+        raise InputError(f"--pilot must be a number of seconds > 0, got {args.pilot:g}")
     return Policy.of(rules, shard, take_over=args.take_over, pilot=args.pilot)
 
 

@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
         "changed": dict(moved + turned),
         "thresholds": words,
     }
-    drawn, stale = refresh(directory)
+    drawn, stale = refresh(directory, changed=any(o != n for o, n in changes))
     facts["drawn again"] = [str(path) for path in drawn]
     for line in stale:
         say(line)

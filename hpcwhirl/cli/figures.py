@@ -44,6 +44,9 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.report.figures.kinds import cases_at, draw_figures
     from hpcwhirl.store.reading.results_file import Results
 
+    if args.folder.is_file():
+        msg = f"DIR must be the directory of a campaign, got the file {args.folder}; "
+        raise InputError(msg + "hpcwhirl run --plot draws the orbit of one case")
     out = args.out or args.folder / "figures"
     only, results = args.cases, Results(args.folder)
     if args.at:

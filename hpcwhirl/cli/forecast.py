@@ -9,6 +9,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.options import print_json
+from hpcwhirl.errors import cases_told
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.foresight.forecast import Forecast
@@ -112,7 +113,7 @@ def _step(cost: Forecast, seconds: float) -> float:
 
 def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
     rest = f", {cost.left} left" if cost.left < cost.cases else ""
-    cases = "1 case" if cost.cases == 1 else f"{cost.cases} cases"
+    cases = cases_told(cost.cases)
     over = f" over {', '.join(design.swept)}" if design.swept else ""
     lines = [f"{cases}{over}{rest}"]
     if design.grows:

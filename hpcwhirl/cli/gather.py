@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.command import code_of, tell_failure
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_take_over
 from hpcwhirl.errors import COMPLETE, FAILED, WhirlError, say
+
+if TYPE_CHECKING:
+    from hpcwhirl.store.directory.campaign_directory import Directory
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,6 +44,7 @@ def run(args: argparse.Namespace) -> int:
     comm, directory = communicator(), Directory(args.folder)
     facts: dict[str, str | float] = {"version": __version__, **threshold_facts()}
     try:
+        before = _words_and_numbers(directory) if comm.rank == 0 else ""
         asking = Asking(args.take_over, say)
         path = gather(directory, facts, comm, compress=args.compress, asking=asking)
     except WhirlError as failed:  # raised on every rank, printed by rank 0
@@ -55,9 +60,21 @@ def run(args: argparse.Namespace) -> int:
         from hpcwhirl.report.map.maps import refresh
 
         print(path)
-        _tell(*refresh(directory))
+        changed = _words_and_numbers(directory) != before
+        _tell(*refresh(directory, changed=changed))
         code = _code(path)
     return int(from_root(comm, code))
+
+
+def _words_and_numbers(directory: Directory) -> str:
+    """Return a digest of the numbers and words of results.h5; "" if there is none."""
+    from hpcwhirl.store.reading.results_file import Results
+
+    try:
+        with Results(directory.results) as results:
+            return results.digest(thresholds=False)
+    except WhirlError:  # there is no file yet, or a damaged one that is replaced
+        return ""
 
 
 def _code(path: Path) -> int:

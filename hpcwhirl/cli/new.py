@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 from importlib import resources
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.add_option import add_option
-from hpcwhirl.errors import InputError, MissingFileError, say, shown
+from hpcwhirl.errors import InputError, say, shown
 from hpcwhirl.scene.units import in_si, told_of
 
 if TYPE_CHECKING:
@@ -62,31 +63,26 @@ def run(args: argparse.Namespace) -> int:
     Returns the exit code
     """
     from hpcwhirl.case.fan import FANS, scene_of_fan
+    from hpcwhirl.store.atomic import write_whole
 
-    if args.file.exists():
-        raise _taken(args.file)
+    def check() -> None:
+        if args.file.exists():
+            msg = f"{args.file} exists already and is not overwritten"
+            raise InputError(msg)
+
+    check()
     fan = _fan(args)
     scene, checked = scene_of_fan(fan)
     text = toml_of(fan, scene, checked)
-    try:
-        with args.file.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise _taken(args.file) from None
-    except OSError as failed:
-        raise MissingFileError(f"cannot write {args.file}: {failed.strerror}") from None
+    write_whole(args.file, text.encode(), check)
     print(f"{args.file}: {told_of_model(checked)}")
     print(f"{args.file}: {told_of_pulse(scene, checked)}")
     if not FANS[0] <= checked.share <= FANS[1]:
         hint = f"1F of fans is {FANS[0]:g} to {FANS[1]:g} of full speed, in Hz: change "
         hint += "--frequency or --speed"
         say(hint)
-    print(f"next: hpcwhirl campaign {args.file} --dry-run")
+    print(f"next: hpcwhirl campaign {shlex.quote(str(args.file))} --dry-run")
     return 0
-
-
-def _taken(file: Path) -> InputError:
-    return InputError(f"{file} exists already and is not overwritten")
 
 
 def _fan(args: argparse.Namespace) -> Fan:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -19,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, finite, print_json
-from hpcwhirl.errors import InputError, WhirlError, legible
+from hpcwhirl.errors import InputError, WhirlError, cases_told, legible
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.progress import Computing, Progress
@@ -95,7 +96,8 @@ def _stale(directory: Directory) -> str:
     from hpcwhirl.store.directory.campaign_directory import PAGE
 
     try:
-        return f"{PAGE}: hpcwhirl report {directory}" if is_stale(directory) else ""
+        how = shlex.join(["hpcwhirl", "report", str(directory)])
+        return f"{PAGE}: {how}" if is_stale(directory) else ""
     except WhirlError as failed:
         return f"{PAGE} cannot be checked: {failed}"
 
@@ -157,7 +159,7 @@ def _pace(found: Progress) -> dict[str, str]:
 
     out = {}
     if found.rate is not None and found.left:
-        out["ranks"] = str(found.ranks)
+        out["ranks with recent results"] = str(found.ranks)
         out["rate"] = f"{found.rate:.4g} cases/h"
     if found.eta is not None and found.left:
         out["left at this rate"] = duration_text(found.eta)
@@ -203,7 +205,7 @@ def _line(found: Progress, *, as_json: bool) -> str:
         return json.dumps(finite(asdict(found)), allow_nan=False)
     shown = _shown(found)
     so_far = " so far" if found.grows else ""
-    done = f"{found.done} of {found.cases} cases{so_far}"
+    done = f"{found.done} of {cases_told(found.cases)}{so_far}"
     bad = [f"{found.failed} failed"] if found.failed else []
     names = (
         "rate", "left at this rate", "in the kernel", "last case finished", "stopping",

@@ -243,6 +243,17 @@ def _of(source: Any, wanted: str, refused: str) -> Decimal:
     return Decimal(short if math.isclose(float(short), one, rel_tol=1e-15) else one)
 
 
+def is_unit(name: str) -> bool:
+    """Return whether a name is one of a unit, such as "rpm" or "mm"."""
+    from cf_units import Unit
+
+    try:
+        Unit(name)
+    except ValueError:
+        return name in CYCLES or name in USUAL
+    return True
+
+
 def told_of(name: str, convert: Callable[[], Found]) -> Found:
     """Return a converted value of an input; a ValueError becomes an InputError.
 

@@ -132,7 +132,7 @@ PULSES = ["four_motions", "--low", "1", "--high", "2"]
         (["four_motions"], "two pulses that lead to different words"),
         (["four_motions", "--low", "x"], "--low force must be a number"),
         ([*PULSES, "--look", "0"], "look must be > 0"),
-        ([*PULSES, "--near", "1"], "near < far < 1"),
+        ([*PULSES, "--near", "1"], "near must be < far, and far < 1, got 1 and 0.001"),
         (["four_motions", "--at", "speed=1"], "--at selects cases of a campaign"),
         ([".", "--at", "speed=1"], "results.h5"),
     ],

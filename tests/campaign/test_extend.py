@@ -157,7 +157,7 @@ def test_states_are_left_of_what_is_undecided_alone(tmp_path):
 LINES = {
     "--extend undecided": "--extend undecided and --to SECONDS belong together",
     "--to 3": "--extend undecided and --to SECONDS belong together",
-    "--extend undecided --to -1": "--to must be a number of seconds > 0, got -1.0",
+    "--extend undecided --to -1": "--to must be a number of seconds > 0, got -1",
     "--extend undecided --to 0.1": "--to must be > 0.1 s, the planned end of all cases",
     "--extend undecided --to 0.2": "--to must be >= 0.3 s, to which",
     "--extend undecided --to 1 --set speed=3": "cannot go with the directory",

@@ -394,13 +394,15 @@ def test_the_options_are_those_of_the_table(capsys):
 
 
 @pytest.mark.parametrize(
-    "words",
-    [["--walltime", "90"], ["--case-limit", "-1"], ["--max-fails", "0"],
-     ["--retry", "ok"], ["--max-fails", "2", "--fail-fast"]],
+    ("words", "told"),
+    [(["--walltime", "90"], ""), (["--case-limit", "-1"], "> 0, got -1\n"),
+     (["--max-fails", "0"], ", got 0\n"), (["--retry", "ok"], ""),
+     (["--max-fails", "2", "--fail-fast"], "")],
 )  # fmt: skip
-def test_options_that_mean_nothing_are_one_line(run, tmp_path, words):
+def test_options_that_mean_nothing_are_one_line(run, tmp_path, words, told):
     code, err = run(SHORT + SPEEDS, *words)
     assert code == 2
     assert err.startswith("hpcwhirl: error: ")
+    assert err.endswith(told)
     assert err.count("\n") == 1
     assert not (tmp_path / "out").exists()

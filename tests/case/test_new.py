@@ -1,7 +1,9 @@
 """A fan from a few numbers: what is written runs, and is as large as it says."""
 
 import dataclasses
+import errno
 import math
+import os
 
 import pytest
 
@@ -135,6 +137,21 @@ def test_a_file_is_never_overwritten(tmp_path, capsys):
     assert main(["new", str(path)]) == 2
     assert "exists already" in capsys.readouterr().err
     assert path.read_text() == "mine"
+
+
+def test_a_full_disk_leaves_no_file_behind(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "fan.toml"
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    def refuse(_file):
+        raise full
+
+    monkeypatch.setattr(os, "fsync", refuse)
+    assert main(["new", str(path)]) == 75
+    told = f"hpcwhirl: error: cannot write {path}: No space left on device\n"
+    assert capsys.readouterr().err == told
+    monkeypatch.undo()
+    assert main(["new", str(path)]) == 0  # nothing stands in the way
 
 
 @pytest.mark.parametrize(

@@ -109,6 +109,7 @@ def test_status_tells_in_words_what_it_tells_in_json(folder, capsys, facts):
     told = capsys.readouterr().out
     assert "left: 3" in told
     assert f"rate: {3600 * (2 / 80 + 1 / 30):.4g} cases/h" in told
+    assert "ranks with recent results: 2\n" in told
     found = facts("status", str(folder), "--json")
     assert found["rate"] == pytest.approx(3600 * (2 / 80 + 1 / 30))
 
@@ -284,6 +285,7 @@ def test_busy_means_one_thing_and_is_what_results_call_so(folder, capsys):
     assert "busy" not in Progress.__dataclass_fields__
     share = {"cases": 1, "busy": 9.0, "span": 10.0}
     assert "busy fraction 0.900" in told_shares([share])
+    assert told_shares([share]).startswith("1 case in 10.0 s on 1 rank: ")
     assert "busy" in SHARES["busy_fraction"].meaning
 
 

@@ -345,3 +345,16 @@ def test_a_page_is_written_unasked_where_it_is_cheap(
     assert (folder / "report.html").exists() == there
     told_so = "no report.html: 2 cases, more than 1" in capsys.readouterr().err
     assert told_so == (wish == "auto" and not there)
+
+
+def test_a_page_that_is_not_wanted_is_told_with_its_map(made_copy, capsys):
+    rules, directory = campaign_tables.Campaign(report="no"), Directory(made_copy)
+    ended = Ending(complete=True, cases=9, results=directory.results, gathered=True)
+    assert campaign._pages(ended, directory, rules) == []
+    assert capsys.readouterr().err == ""  # there is none
+    build.write_page(directory)
+    assert campaign._pages(ended, directory, rules) == [directory.page]
+    directory.page.write_text("older words")
+    assert campaign._pages(ended, directory, rules) == []
+    told = f"report.html is of earlier results: hpcwhirl report {directory}\n"
+    assert capsys.readouterr().err.endswith(told)

@@ -42,7 +42,7 @@ def test_a_zero_has_no_sign():
 
 def test_a_map_that_hides_cases_says_of_which_inputs():
     hidden = {"friction": Levels.of(np.zeros(2))}
-    with pytest.raises(InputError, match="1 cases have the same inputs as other cases"):
+    with pytest.raises(InputError, match="1 case has the same inputs as other cases"):
         _check_panels(hidden, [], ["", ""], asked=False)
 
 

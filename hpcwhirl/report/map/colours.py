@@ -134,6 +134,11 @@ def colours_of(
         expression over numbers of the results
     case : (n,), numbers of the cases shown
     word, whirl : (n,), regime, or why there is none, and whirl of these cases
+
+    Raises
+    ------
+    InputError
+        if there are cases with results, but none with a finite number
     """
     if name == "regime":
         return Colours(name, "", by_majority(data, case, word), None, SHOWN)
@@ -151,7 +156,13 @@ def colours_of(
         return Colours(name, "", kind, None, MOTIONS | BAD)
     number, label = _numbers(data, name)
     shown = number[case]
-    known = Coded(("failed", ""), np.isfinite(shown).astype(np.int8))
+    finite, given = np.isfinite(shown), ~word.isin(BAD)
+    if given.any() and not finite[given].any():
+        msg = (
+            f"--colour: '{name.strip()}' is a finite number in none of the cases shown"
+        )
+        raise InputError(msg)
+    known = Coded(("failed", ""), finite.astype(np.int8))
     return Colours(name, label, _unless_bad(word, known), shown, BAD)
 
 

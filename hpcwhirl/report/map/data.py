@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, cases_told
 from hpcwhirl.report.canvas import name_of
 from hpcwhirl.report.map.axes import Axis, Levels, axis_of, no_axis, scale_of
 from hpcwhirl.report.map.colours import Colours, by_majority, colours_of
@@ -345,7 +345,8 @@ def _check_panels(
     hidden = _hidden(inputs, [*axes, *panels])
     if hidden:
         shown = " and ".join(filter(None, axes)) or "inputs"
-        msg = f"{hidden} cases have the same {shown} as other cases "
+        have = "has" if hidden == 1 else "have"
+        msg = f"{cases_told(hidden)} {have} the same {shown} as other cases "
         raise InputError(msg + "and would be hidden: choose other axes or --at")
 
 

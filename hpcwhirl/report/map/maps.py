@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
 MADE_BY = {
     "map.png": "hpcwhirl map {}",
-    "map.csv": "hpcwhirl map {} --csv",
     PAGE: "hpcwhirl report {}",
     "figures": "hpcwhirl figures {}",
 }
@@ -192,10 +192,15 @@ def wish_of(path: Path) -> Wish | None:
         return None
 
 
-def refresh(directory: Directory) -> tuple[list[Path], list[str]]:
-    """Draw a campaign's existing maps again after its results have changed.
+def refresh(
+    directory: Directory, *, changed: bool = True
+) -> tuple[list[Path], list[str]]:
+    """Draw a campaign's existing maps again after its results were written again.
 
-    Each is drawn with the options stored in it.
+    Each is drawn with the options stored in it; its table, if there is one, follows.
+
+    changed : whether numbers or words of the results changed, so that figures, which
+        are not drawn again, show older ones
 
     Returns
     -------
@@ -209,15 +214,18 @@ def refresh(directory: Directory) -> tuple[list[Path], list[str]]:
         if wish is None:
             continue
         try:
-            drawn += save_map(drawing_of(directory.results, wish), folder)
+            drawing = drawing_of(directory.results, wish)
+            drawn += save_map(drawing, folder)
+            if (table := path.with_suffix(".csv")).exists():
+                drawn.append(drawing.write_table(table))
         except InputError as refused:
             why[path.name] = f" ({refused})"
     names = dict.fromkeys([*MADE_BY, *why])
     lines = [
         f"{folder / name} is stale{why.get(name, '')}: "
-        + MADE_BY.get(name, "hpcwhirl map {} ...").format(folder)
+        + MADE_BY.get(name, "hpcwhirl map {} ...").format(shlex.quote(str(folder)))
         for name in names
         if (folder / name).exists() and folder / name not in drawn
-        if name != PAGE or is_stale(directory)
+        if (is_stale(directory) if name == PAGE else changed or name in why)
     ]
     return drawn, lines

@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError, MissingFileError, StoreError, legible, shown
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.input_names import full_name
-from hpcwhirl.scene.quantities import OVER_SPEED, PERFORMANCE, ROW, STATUS, TRACES
+from hpcwhirl.scene.quantities import (
+    CHAOS,
+    OVER_SPEED,
+    PERFORMANCE,
+    ROW,
+    STATUS,
+    TRACES,
+)
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.campaign_directory import RESULTS
 from hpcwhirl.store.directory.manifest import Manifest
@@ -300,14 +307,18 @@ class Results:
                     time = (1.0 + np.arange(count)) * interval[case]
                     yield case, {"time": time} | own
 
-    def digest(self) -> str:
+    def digest(self, *, thresholds: bool = True) -> str:
         """Return a text that changes when `classify` changes words or thresholds.
 
         It is the SHA-256 of the file's numbers and thresholds, without traces.
+
+        thresholds : False: of numbers and words alone
         """
         found = hashlib.sha256()
-        for name in sorted(n for n in ROW | STATUS | SHARE if n in self):
+        for name in sorted(n for n in ROW | STATUS | SHARE | CHAOS if n in self):
             found.update(self[name].tobytes())
+        if not thresholds:
+            return found.hexdigest()
         limits = {n: v for n, v in self.attrs.items() if n.startswith("threshold_")}
         found.update(repr(sorted(limits.items())).encode())
         return found.hexdigest()
