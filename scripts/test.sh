@@ -50,7 +50,8 @@ on_wheels() (
 fetch_packages() {  # VENV
   "${PYTHON:-python3}" -m venv "$1" &&
     "$1/bin/python" -m pip --quiet --disable-pip-version-check install --no-compile "$uv" &&
-    "$1/bin/uv" pip install --quiet --no-cache --python "$1/bin/python" -e "${root}[dev]"
+    "$1/bin/uv" pip install --quiet --no-cache --system-certs --python "$1/bin/python" \
+      -e "${root}[dev]"
 }
 
 # To collect all tests takes ten seconds; tests/conftest.py checks that none is missed.
