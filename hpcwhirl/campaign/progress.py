@@ -161,8 +161,8 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
 def status_of(end: Completion) -> str:
     """Return the word by which `hpcwhirl status` counts an ended case.
 
-    It is the case's status, such as "ok" or "failed", or its outcome if it has no
-    regime.
+    It is "overloaded" or "unstable" for a case whose run ended with this outcome, for
+    which there is no regime; otherwise the case's status, such as "ok" or "failed".
     """
     return end.outcome if end.outcome in NO_REGIME else end.status
 

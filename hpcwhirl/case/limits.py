@@ -456,7 +456,11 @@ def fastest_line(model: Model, speed: float) -> float:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _fastest(model: Model) -> float:
-    """Return the highest omega, rad/s, of the modes that matter in `fastest_line`."""
+    """Return the highest frequency of a rotor's compliant modes, rad/s, in its frame.
+
+    These are modes with at least `MATTERS` of the largest modal compliance of the
+    centre, or of the tips if no mode moves the centre, see `fastest_line`.
+    """
     body = model.rotor
     rows = centre_rows(body, model.blades)
     if not rows.any():

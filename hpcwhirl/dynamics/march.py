@@ -331,11 +331,12 @@ class March:
             self.stresses[row] = stress.at(self.displacements()[0])
 
     def _read_ahead(self) -> None:
-        """Compute and store the stress at all samples after a certificate.
+        """Compute and store the stress at all samples after a certificate was found.
 
-        For this the run is integrated to its end with the kernel; then the state is
-        restored, from which the run is completed in closed form. Without contact, both
-        motions are equal to round-off.
+        A certificate is a proof that no blade can touch again. For the stress the run
+        is integrated to its end with the kernel; then the state is restored, from which
+        the run is completed in closed form. Without contact, both motions are equal to
+        round-off.
         """
         if not self.stresses.size:
             return

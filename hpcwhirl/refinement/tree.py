@@ -74,11 +74,12 @@ class Tree:
       have different words by the same fidelity.
     - Split cells are balanced: the neighbours of a split cell, even at a corner, are
       not coarser than it; coarser ones are split.
-    - Nothing is split or confirmed in speckle. A cell lies in speckle if the cell
-      `levels` above it has many mixed descendants: of all cells into which that one
-      could be split `levels` down, more than three quarters have different words at
-      their corners. Only cells with different words at their corners are split for
-      this, and only words at points of the upper cell are used.
+    - Nothing is split or confirmed in speckle, a region whose words are mixed almost
+      everywhere. A cell lies in speckle if, of all parts into which the cell `levels`
+      above it could be split in `levels` steps, more than three quarters have different
+      words at their corners. Parts that were not computed, since their parent has equal
+      words at all corners, count as not mixed. Only words at points within that upper
+      cell, its edges included, are used.
     - With a second fidelity, the corners of a mixed cell at its end are confirmed, that
       is, computed with it. So are those of every cell around a point whose word the
       second fidelity changes, except cells that are split anyway by the first words at
@@ -95,8 +96,8 @@ class Tree:
     lattice : values that the refined inputs may take
     levels : levels after which a cell with mostly mixed parts is speckle; 0: never
     confirm : whether there is a second fidelity
-    twins : which cases have twins: "all", "boundary" or "speckle"; with "" or "even"
-        these rules give none
+    twins : "all": every case with a word has twins; "boundary" or "speckle": those of
+        the last rule; "" or "even": none by these rules
     branch : coarse cells of a panel that is a branch: split cells are not balanced,
         since a case between two others continues only the first of them; None: all
         coarse cells of the lattice, balanced

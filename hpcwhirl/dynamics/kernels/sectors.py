@@ -100,10 +100,13 @@ def room_of_sectors(rows: SectorRows) -> int:
 
 @inlined
 def add_alike(rows, q, spectra):
-    """Copy the waves' amplitudes to the start of `spectra`; add the two of each pair.
+    """Write the amplitudes that all points read alike to the start of `spectra`.
+
+    They are the amplitudes of the waves. Of two waves that move all points alike, a
+    pair, the sum of both amplitudes is written in the place of the first.
 
     rows, q : `wave_types.SectorRows`; amplitudes, re, then im, of all waves
-    spectra : out, see `layout`
+    spectra : out: one row, re then im, for each single wave and each pair, by slot
     """
     k, half, pairs = slots_of(rows), len(q) // 2, rows.pairs
     for f in range(rows.single):

@@ -263,12 +263,15 @@ class _Index:
         return len(files) - 1
 
     def _take_cases(self, case: NDArray[np.int64], rows: Rows) -> None:
-        """Enter samples and shapes of the cases' traces, and words of the cases.
+        """Note, from journal records, what the results file will hold of some cases.
+
+        For each case: how many samples its traces have, the dimensions of their arrays,
+        and the case's words.
 
         Parameters
         ----------
         case : (records,), number of each record's case
-        rows : the records
+        rows : the records, each the stored result of one case
         """
         contents = self.contents
         contents.interval[case] = rows.numbers("row.sample_interval", np.nan)
