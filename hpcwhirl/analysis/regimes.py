@@ -332,12 +332,13 @@ def evidence(
 def _growing(
     scene: Scene, judged: Evidence, history: History, start: float
 ) -> tuple[dict[str, float], float]:
-    """Return the growth rates of a window, with `summit`, and its mean energy, J.
+    """Return growth rates of energies and orbit in a window, and the mean energy, J.
 
-    Returns ({name: 1/s, or for "summit" ln of a ratio}, J)
+    The rates are {name: 1/s}; one further entry is "summit", see `summit`.
 
     judged : energies and orbit over the run, from which the numbers are computed
-    history : history of the run; distances of the orbit are from its `circle`
+    history : history of the run; the orbit's size is the distance from its `circle`,
+        the motion that an unbalance causes without contact
     start : s, beginning of the window
     """
     first = int(np.searchsorted(judged.time, start, side="right"))

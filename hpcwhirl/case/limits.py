@@ -293,9 +293,11 @@ def _shape_reach(scene: Scene, time: float) -> float:
 
 
 def _wall_reach(scene: Scene) -> float:
-    """Return how far a rigid casing is inward at any blade after its rise, m.
+    """Return how far the shape of a rigid casing reaches inward at any blade, m.
 
-    Blades count as undeflected, since they hardly move during a rise that is too short.
+    The shape is prescribed and fades in during the time `rise`; the result is for the
+    end of this time. Blades count as undeflected: this is for a check of times so short
+    that blades hardly move.
     """
     casing = scene.engine.casing
     place = _places(scene, casing.rise)

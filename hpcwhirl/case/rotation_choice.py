@@ -114,7 +114,9 @@ def needing(scene: Scene) -> str:
 def choice_of(scene: Scene) -> Choice:
     """Return what rotation "auto" means for a scene, "none" or "full", and why.
 
-    The attribute `limit` is `LEFT_OUT`, or `solver.accuracy` if that is smaller.
+    The terms of rotation are left out ("none") if they change frequency and decay of
+    no wave that moves the tips by more than the result's `limit`: `LEFT_OUT`, or
+    `solver.accuracy` if that is smaller.
 
     Raises
     ------

@@ -183,9 +183,11 @@ def _film_numbers(film: dict[str, float] | None) -> dict[str, str]:
 
 
 def _circle_numbers(circle: dict[str, Any] | None) -> dict[str, str]:
-    """Return lines on the circle of an unbalanced rotor, {quantity with unit: number}.
+    """Return numbers of an unbalanced rotor's orbit, {quantity with unit: number}.
 
-    circle : facts of the circle; None: no unbalance, and {} is returned
+    The orbit is the circle on which the centre moves without contact.
+
+    circle : radius, m, and lag, rad, of the orbit; None: no unbalance, {} is returned
     """
     if circle is None:
         return {}

@@ -153,9 +153,10 @@ class History:
 
 
 def since(history: History, start: float) -> History:
-    """Return a history whose evidence begins after `start`, s, which becomes time 0.
+    """Return a history of which only the part after `start`, s, is judged.
 
-    Samples of the traces and the ledger stay those of the whole run.
+    That time becomes 0 of the evidence, the samples by which words are found. Traces
+    and ledger stay those of the whole run, with their times.
     """
     return between(history, start, history.end)
 

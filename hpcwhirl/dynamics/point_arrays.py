@@ -75,15 +75,16 @@ def _pulse_rows(model: Model, scene: Scene) -> Floats:
 class _Reads:
     """Factors between amplitudes of waves, motion of contact points, and forces.
 
-    There are P contact points, m modes of a body and w waves; d' + d is the motion of
-    the bodies' material from step n - 1 to n + 1, see `kernels.points`.
+    There are P contact points and m modes of a body. Motions are from step n - 1 to
+    n + 1, see `kernels.points`.
 
     Attributes
     ----------
     waves : waves of both bodies
     out, side : (P, m), for unit modes of the rotor: change of the gaps, and motion of
         the casing relative to the tip along the rotation
-    w, u : (P, m), the same for unit modes of the casing
+    w, u : (P, m), for unit modes of the casing: its radial displacement w, which is the
+        change of the gaps, and its displacement u along the rotation
     past : (P, m), w at the angles that the points had two steps before
     forces : (m, P + 2) of each body: modal forces of unit multipliers with friction,
         and of the pulse's cos and sin
@@ -108,10 +109,11 @@ class _Reads:
         return np.hstack([rotor @ b.shapes, casing @ c.shapes])
 
     def moved(self, rotor: Floats, casing: Floats) -> Complexes:
-        """Return changes of r displacements over two free steps, (r, waves).
+        """Return how r displacements change from step n - 1 to n + 1, (r, waves).
 
-        The change is that of the bodies' material from step n - 1 to n + 1, for unit
-        amplitudes at step n + 1.
+        The change is for free motion (without contact forces) that has a unit amplitude
+        at step n + 1, and for fixed points of the bodies: the turn of the frame is left
+        out. The works of contact forces need it.
 
         rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """

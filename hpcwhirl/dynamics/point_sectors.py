@@ -252,10 +252,14 @@ class Slots:
         return (self.single + 2 * self.pairs) * self.k
 
     def laid(self, values: Complexes, rows: int) -> Floats:
-        """Return coefficients of waves in the kernel's order: by row and slot, flat.
+        """Return coefficients of waves in the order of the kernel, flat.
+
+        That order is a table for each coefficient: its columns are the k nodal
+        diameters (padded), its row f has the f-th wave of each of them.
 
         values : (r, waves), complex; the result has re and im of each, (r, rows, 2, k)
-        rows : number of rows of waves; waves of further rows are left out
+        rows : number of rows of the table; waves that would be in further rows, such as
+            the second of each pair, are left out
         """
         out = np.zeros((len(values), rows, 2, self.k))
         there = self.row < rows
@@ -287,10 +291,11 @@ class BladeRows:
     friction: float
 
     def gives(self) -> Complexes:
-        """Return each wave's change by a unit modal force, (waves,).
+        """Return the change of each wave's amplitude by a unit modal force, (waves,).
 
-        The modal force of a multiplier at a point is conj(read + mu slide) there. The
-        ratio of `push` to it is taken at the point where it is largest.
+        A unit multiplier at a point changes the amplitude by `push`; its modal force,
+        friction included, is conj(read + mu slide). The result is the ratio of both, at
+        the point where the modal force is largest.
         """
         force = (self.read + self.friction * self.slide).conj()
         most = np.abs(force).argmax(axis=0), np.arange(force.shape[1])

@@ -135,12 +135,13 @@ def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats
 
 
 def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
-    """Return a body's waves as combinations of the waves of its single modes.
+    """Return a body's waves, such as travelling ones, as combinations of its modes.
 
-    waves : those of the modes, `mode_waves`
-    mixed : (m, waves), amplitudes of the modes' waves in each wave, orthogonal columns
-    turns : (waves,), rad, by which a step turns the amplitudes, in addition to the
-        factor z of the modes
+    waves : the modes, each as a complex amplitude that a time step without forces
+        multiplies by a factor z, see `mode_waves`
+    mixed : (m, waves), amplitudes of the modes in each wave, orthogonal columns
+    turns : (waves,), rad, further change of a wave's phase in a step, since the body
+        rotates in the frame of the blades
     """
     unmixed = mixed.conj().T / (np.abs(mixed) ** 2).sum(axis=0)[:, None]
     which = np.argmax(np.abs(mixed), axis=0)

@@ -234,7 +234,8 @@ class SideBySide:
 def _longer(ended: March, seconds: float) -> Case:
     """Return the case of an ended march, with a duration longer by `seconds`, s.
 
-    It stores no traces and seeks no certificate.
+    It stores no traces, and runs to its end even if it is proved before that no blade
+    can touch again.
     """
     settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
     settings["duration"] = ended.steps * ended.scene.solver.time_step + seconds

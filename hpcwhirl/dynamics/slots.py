@@ -460,7 +460,7 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     ----------
     model : a model with a ring of harmonics
     states : (n, 2 ring_size), re and im of the kernel's complex amplitudes at n
-        instants, rotating frame, without pending step
+        instants, rotating frame, with the contact forces of the last step applied
     angles : (n,), rad, Omega t, of the rotor at these instants
     """
     slots, _ = widths(model.blades)

@@ -269,11 +269,14 @@ class DrivenSteps:
         return FreeSteps(keep, pull, self.step)
 
     def set_out(self, state: BodiesState, v: Floats) -> None:
-        """Set the increments in a state from velocities, at the start of a march.
+        """Set the increments in a state from velocities, at the start of a run.
 
-        state : in and out; its amplitudes are set
-        v : (m,), velocities of the motion by contact; that without contact begins with
-            0
+        The state has two parts of the motion: that which contact causes, and the motion
+        without contact. Increments are changes of the amplitudes in a step.
+
+        state : in and out; its amplitudes are those at the start already
+        v : (m,), velocities of the part that contact causes; those of the other part
+            are 0 at the start
         """
         own, modes = self.rotor, len(v)
         rise = self.increments(own.whole(state.q_b), v)

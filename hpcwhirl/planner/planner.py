@@ -263,7 +263,11 @@ class Planner:
         return Jobs(row, twin, state[row, twin].astype(np.int64))
 
     def ahead(self) -> Jobs:
-        """Return the jobs left, and the first job of each case that must wait."""
+        """Return the jobs left, and the first job of each case that is not yet wanted.
+
+        A case of a refined map is wanted only when the words of others ask for it; its
+        first job is its computation as planned.
+        """
         left, waits = self.left(), np.flatnonzero(self._states[:, 0] == UNWANTED)
         none = np.zeros_like(waits)
         return Jobs(*map(np.append, left, (waits, none, none)))

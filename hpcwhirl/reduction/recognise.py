@@ -251,7 +251,8 @@ def _power(seen: Complexes) -> Floats:
 
     Returns (N // 2 + 1, c), of c combinations of modes; k and N - k are added up
 
-    seen : (N, 3, c), `transform` of the combinations
+    seen : (N, 3, c), discrete Fourier transform over the blades of radial and
+        tangential tip motion and of the centre's motion, see `transform`
     """
     whole = (np.abs(seen) ** 2).sum(axis=1)
     count = len(whole)

@@ -94,7 +94,7 @@ class KernelLocator(UserProvidedCacheLocator):  # type: ignore[misc, unused-igno
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> Any:
-        """Return the place of a function, None if it is in another file."""
+        """Return the cache locator of a function, None for one of another directory."""
         if Path(py_file).parent != HERE:
             return None
         return super().from_function(py_func, py_file)

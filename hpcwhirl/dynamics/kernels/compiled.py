@@ -138,7 +138,7 @@ class Part(CPUDispatcher):  # type: ignore[misc, unused-ignore]
     """A compiled function for compiled callers only; it has no entry for Python."""
 
     def __call__(self, *_: Any, **__: Any) -> NoReturn:
-        """Raise TypeError: a part cannot be called from Python."""
+        """Raise TypeError: only compiled code can call this function, not Python."""
         msg = f"{self.py_func.__name__} is for compiled code alone"
         raise TypeError(msg)
 

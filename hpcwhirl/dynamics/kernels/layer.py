@@ -256,9 +256,10 @@ def wear(layer, softness, worn, lam, last, ledger, own):
 
 @rare
 def leave(layer, worn, last, ledger, own):
-    """Return to the rotation the elastic energy of rods that tips have left in a step.
+    """Book the elastic energy that rods of the layer release when tips leave them, J.
 
-    It is entered in worn and ledger, J, as negative work of the rotation, by `turn`.
+    It goes back to the drive that keeps the speed: `turn` enters it in `worn` and
+    `ledger` as negative work of the rotation.
 
     layer : `kernel_types.Layer`
     worn : (3, M), in and out: worn depth, m, and works, J, of the layer's rods

@@ -37,11 +37,13 @@ def turn_points(rows, q, ahead, near, spectra):
 
 @verb
 def read_every(rows, q, points, tips, spectra):
-    """Compute the part of the gaps of all points that is due to waves: set tips, m.
+    """Compute how the waves of rotor and casing change the gaps of all points, m.
+
+    The rest of a gap is the clearance and the casing's shape.
 
     rows, q : coefficients of the points; (m,), amplitudes of the waves
     points, spectra : number of contact points; work space
-    tips : (2 wide,), out: all points in folded order, see `circulant.folded`
+    tips : (2 wide,), out: these changes, in folded order, see `circulant.folded`
     """
 
 
@@ -129,9 +131,10 @@ def turn_rows(_rows, q, ahead, _near, _spectra):
 @does(read_every, PointRows)
 @inlined
 def read_every_row(rows, q, points, tips, _):
-    """Compute the part of the gaps of all points that is due to waves: set tips, m.
+    """Compute how the waves of rotor and casing change the gaps of all points, m.
 
-    The implementation of `read_every`, with its arguments, for unequal sectors.
+    The implementation of `read_every`, with its arguments, for a rotor of unequal
+    sectors, whose waves belong to the whole rotor. The changes are written to `tips`.
     """
     read_all(rows.read, q, points, tips)
 

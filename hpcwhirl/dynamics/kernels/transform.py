@@ -256,12 +256,13 @@ def fold_blades(spread, a, b, v, half, work):
 
 @inlined
 def slot_of(stages, wave, k, wide, b, c, r, sign):
-    """Return (re, im) of the spectrum at slot c, summed over the b blades v.
+    """Return (re, im) of a discrete Fourier transform over the blades at one diameter.
 
-    It follows from term r of `to_slots`, conjugated if sign is -1.
+    It is the last stage of `to_slots`: the sum over b blades v of term r, conjugated if
+    sign is -1, times e^{-2 pi i c v / N}, for nodal diameter c.
 
     stages : re and im of each term r, at the b values of v
-    wave : table of cos and sin, see `passes.to_gaps`
+    wave, k, wide : table of cos and sin, and its sizes, see `passes.to_gaps`
     """
     re, im, sign = broadcast(0.0), broadcast(0.0), broadcast(sign)
     for v in range(0, b, FOUR):

@@ -209,19 +209,21 @@ class GeneralSpace(NamedTuple):
     spare : (m + padded,), predicted amplitudes of modes; or, of an `UncoupledRotor`,
         their change from step n - 1 to n + 1, later the modal forces
     spectrum : (2 k,), m, spectrum of the gaps, without the rotor's part
-    slip_b, slip_c : (2 m,), (2 k,), from which slip is computed, see
-        `general.note_slips`
+    slip_b, slip_c : (2 m,), (2 k,), m, motions of rotor and casing along the rotation,
+        from which slip is computed, see `general.note_slips`
     before : (N,), m, gaps of the blades in contact at step n - 1
     contact : work space of the contact solver, `circulant`
-    rotor, ring, sums_b, sums_c : copies of these arrays of the state, with the pending
-        step completed
+    rotor, ring, sums_b, sums_c : copies of these arrays of the state (amplitudes of
+        rotor and casing; sums of their works and losses), with the last step completed
     wall : (2 k,), m, spectrum of an undeformed casing's shape, set in each sample
-    out, again : (2 wide,), m, folded order: tip displacements times -1, and gaps
+    out, again : (2 wide,), m, in folded order (`circulant.folded`): tip displacements
+        times -1, and gaps
     tips : (N + 1, 2), m, radial and tangential displacement of each tip; then x_o, y_o
     ledger : copy of the ledger with all works entered, J
-    opened : (2 wide,), m, for waves: gaps, or lower bounds of those not computed
-    filled : (k / 4,), how many rows of the ring's modes are used at each four slots,
-        see `passes.filled_rows`
+    opened : (2 wide,), m, if the rotor is integrated as waves: gaps, or lower bounds of
+        the gaps that are not computed
+    filled : (k / 4,), for each four nodal diameters, how many modes of the ring each of
+        them has at most, see `passes.filled_rows`
     """
 
     spare: Floats
@@ -248,8 +250,8 @@ class SampleSpace(NamedTuple):
 
     Attributes
     ----------
-    rotor, ring, sums_b, sums_c : copies of these arrays of the state, with the pending
-        step completed
+    rotor, ring, sums_b, sums_c : copies of these arrays of the state (amplitudes of
+        rotor and casing; sums of their works and losses), with the last step completed
     columns, wall : (2 k,), m, spectra of the tips' displacements, and of the casing's
         shape, which is set for each sample
     tips : (N + 1, 2), m, radial and tangential displacement of each tip; then x_o, y_o

@@ -234,7 +234,8 @@ class RotatingFrame(Integrator):
     rotor, ring : conversions of the two bodies' motions between state and modal
         amplitudes
     way : how the kernel completes a step: by central differences or the exact flow
-    beside : whether the state's gaps leave out the rotor's displacement
+    beside : whether the array of gaps in the state has only clearance and casing, since
+        the kernel adds the rotor's displacement where it needs a gap
     places : (n,), m, displacement of an unbalanced rotor on its circle; None if
         balanced
     """
