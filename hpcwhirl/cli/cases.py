@@ -190,9 +190,14 @@ def _columns(
 
 
 def _counts(values: NDArray[Any], data: xarray.Dataset, name: str) -> NDArray[Any]:
-    """Return a column whose counts are whole numbers also where some cases have none.
+    """Return a column for the table, in which counts are printed without a decimal.
 
-    values : (cases,), column `name`; NaN for cases without a result
+    A column of counts has NaN for cases without a result, and so has become floats: its
+    counts are turned back into whole numbers, its NaN stay. Other columns are returned
+    as they are.
+
+    values : (cases,), column `name`
+    data : the results, whose type of this variable says whether it has counts
     """
     if values.dtype.kind != "f" or name not in data or data[name].dtype.kind == "f":
         return values

@@ -85,10 +85,10 @@ def grown(design: Design, ended: Ended, mean: float) -> Beyond:
 
 
 def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
-    """Return the cases that have ended, and how many refined cases are asked for.
+    """Return the cases that have ended, and how many refined cases are still to do.
 
-    The first value is {address: ended case}; the second counts only cases that are
-    left.
+    The first value is {address: ended case}, by the place in the refined map; the
+    second is the number of cases that refinement has asked for and that have not ended.
     """
     planner, address = ended.planner(), design.family.address
     known: dict[Address, Known] = {}

@@ -46,12 +46,14 @@ def first_inputs(
     if refine is None or refine.first is None:
         return {}
     if isinstance(document.get("solver"), Mapping) and "preset" in document["solver"]:
-        msg = "[refine] first and [solver] preset name the same preset: give only one"
+        msg = (
+            "`first` of [refine] and `preset` of [solver] both set the preset: give one"
+        )
         raise InputError(msg)
     inputs = preset_inputs(refine.first)
     clash = inputs.keys() & map(full_name, settings)
     if clash:
-        msg = f"--set or --preset {min(clash)}: [refine] first sets this input"
+        msg = f"--set or --preset: {min(clash)} is set by `first` of [refine] already"
         raise InputError(msg)
     check_kept(inputs | {full_name(n): value for n, value in settings.items()})
     return inputs

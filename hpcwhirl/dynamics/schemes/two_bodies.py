@@ -168,7 +168,11 @@ class TwoBodies(Integrator):
         return Motion(*b.read(state.q_b, state.d_b), *c.read(state.q_c, state.d_c))
 
     def begin(self, motion: Motion) -> bool:
-        """Start from a given motion, written into the state at angle 0; return True."""
+        """Set the state to a given motion, from which the run starts; return True.
+
+        The run starts at the rotor's angle 0. Other integrators return False if they
+        cannot represent the motion.
+        """
         model, scene, state, (b, c) = self.model, self.scene, self.state, self.held
         check_sizes(model, motion)
         x, v, y, w, _ = motion
