@@ -64,8 +64,7 @@ def end_rotor_central(_way, c, at, q, d, s, old, push, touched, loss, works):
     is the implementation of `stepping.end_rotor`, which explains the arguments.
     """
     if touched:
-        change = push_rotor(c, at, push)
-        q, d = q + change, d + change
+        q, d = push_rotor(c, at, push, q, d)
     both = d + load(s, old)
     loss = fma(load(c, at + RATE * FOUR) * both, both, loss)
     if touched:
@@ -84,8 +83,7 @@ def end_ring_central(_way, c, at, y, d, s, size, old, push, touched, loss, works
     which explains the arguments.
     """
     if touched:
-        cr, ci = push_ring(c, at, push)
-        y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
+        y, d = push_ring(c, at, push, y, d)
     er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
     br, bi = turn(er, ei, load(s, old), load(s, size + old))
     br, bi = br + d[0], bi + d[1]

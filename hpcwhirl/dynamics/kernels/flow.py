@@ -106,8 +106,7 @@ def end_rotor_exact(_way, c, at, q, d, s, old, push, touched, loss, works):
     is the implementation of `stepping.end_rotor`, which explains the arguments.
     """
     if touched:
-        change = push_rotor(c, at, push)
-        q, d = q + change, d + change
+        q, d = push_rotor(c, at, push, q, d)
     loss = lose_rotor(c, at, q, d, loss)
     if touched:
         both = load(c, at + MEAN_OLD * FOUR) * load(s, old)
@@ -151,8 +150,7 @@ def end_ring_exact(_way, c, at, y, d, s, size, old, push, touched, loss, works,
     order, 2 dt times `passing` at the blade's place at step n.
     """
     if touched:
-        cr, ci = push_ring(c, at, push)
-        y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
+        y, d = push_ring(c, at, push, y, d)
     loss = lose_ring(c, at, y, d, loss)
     if touched:
         spin = load(c, at + SPIN * FOUR) * load(c, at + RADIAL * FOUR)

@@ -127,33 +127,37 @@ def places(counter, size):
 
 
 @inlined
-def push_rotor(c, at, push):
-    """Return what contact adds to the amplitudes of four rotor modes in a step.
+def push_rotor(c, at, push, q, d):
+    """Apply a step's contact forces to four rotor modes; return q and d after it.
 
-    It adds the same to their increments.
+    Both change by the same.
 
     c, at : coefficients of all modes, packed, and the index in c at which those of the
         four begin
+    q, d : amplitudes, and their increments in the step
     push : two vectors, N, entries of the multipliers' spectrum at the slots (nodal
         diameters) of these modes, as (re, im), and as (im, -re)
     """
     change = load(c, at + ALONG * FOUR) * push[1]
-    return fma(load(c, at + NORMAL * FOUR), push[0], change)
+    change = fma(load(c, at + NORMAL * FOUR), push[0], change)
+    return q + change, d + change
 
 
 @inlined
-def push_ring(c, at, push):
-    """Return what contact adds to amplitudes of four ring modes in a step, (re, im).
+def push_ring(c, at, push, y, d):
+    """Apply a step's contact forces to four ring modes; return y and d after it.
 
-    It adds the same to their increments.
+    Both change by the same.
 
     c, at : coefficients of all modes, packed, and the index in c at which those of the
         four begin
+    y, d : amplitudes, and their increments in the step, as (re, im)
     push : two vectors, N, re and im of the multipliers' spectrum at the slots (nodal
         diameters) of the modes
     """
     a, b = load(c, at + NORMAL * FOUR), load(c, at + ALONG * FOUR)
-    return fma(a, push[0], b * push[1]), fnma(b, push[0], a * push[1])
+    re, im = fma(a, push[0], b * push[1]), fnma(b, push[0], a * push[1])
+    return (y[0] + re, y[1] + im), (d[0] + re, d[1] + im)
 
 
 @inlined

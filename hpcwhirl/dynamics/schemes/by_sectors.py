@@ -119,6 +119,32 @@ class EqualSectors(RotatingFrame):
             self.arrays.casing.items, state.lam, state.counter, sums_b, sums_c,
         )  # fmt: skip
 
+    def put_on_circle(self, diameters: list[Diameter]) -> None:
+        """Set the state so that an unbalanced rotor starts on its circle.
+
+        The circle, the rotor's motion without contact, is stored as one more wave, of
+        constant amplitude, in the last row, see `turning_waves.Circle`. If the run must
+        start on a smaller circle, the other waves begin with the difference. Their
+        energy is entered in the ledger as work of the loading, and in the state's
+        `sums_b`, which count the energy that waves receive.
+
+        diameters : the rotor's waves of each nodal diameter
+        """
+        steady = circle_of(self.model, self.scene, diameters)
+        if steady is None:
+            return
+        share, state, own = (
+            share_at_start(self.model, self.scene), self.state, diameters[1]
+        )  # fmt: skip
+        less = (share - 1.0) * steady.amplitude * steady.shape
+        rest, k = own.inverse @ np.concatenate([less, 0.0 * less]), len(state.lam) // 4
+        rows = state.rotor[: self.arrays.rotor.hub.shape[1]].reshape(-1, 2, k)
+        for f, value in [*enumerate(rest), (-1, steady.amplitude)]:
+            rows[f, :, own.k] = value.real, value.imag
+        if share < 1.0:
+            energy = self.balance(state).energy
+            state.sums_b[2 * k + own.k] = state.ledger[PULSE] = energy
+
 
 def is_cyclic(model: Model) -> bool:
     """Return whether the kernel `cyclic` can integrate a model's rotor as modes.
@@ -215,36 +241,6 @@ def folds_well(model: Model, scene: Scene) -> bool:
     return has_waves(model) and is_basis(diameters_of(model, scene))
 
 
-def _put_on_circle(whole: EqualSectors, diameters: list[Diameter]) -> None:
-    """Set an integrator's state so that an unbalanced rotor starts on its circle.
-
-    The circle, the rotor's motion without contact, is stored as one more wave, of
-    constant amplitude, in the last row, see `turning_waves.Circle`. If the run must
-    start on a smaller circle, the other waves begin with the difference. Their energy
-    is entered in the ledger as work of the loading, and in the state's `sums_b`, which
-    count the energy that waves receive.
-
-    whole : integrator of all sectors
-    diameters : the rotor's waves of each nodal diameter
-    """
-    steady = circle_of(whole.model, whole.scene, diameters)
-    if steady is None:
-        return
-    share, state, own = (
-        share_at_start(whole.model, whole.scene),
-        whole.state,
-        diameters[1],
-    )
-    less = (share - 1.0) * steady.amplitude * steady.shape
-    rest, k = own.inverse @ np.concatenate([less, 0.0 * less]), len(state.lam) // 4
-    rows = state.rotor[: whole.arrays.rotor.hub.shape[1]].reshape(-1, 2, k)
-    for f, value in [*enumerate(rest), (-1, steady.amplitude)]:
-        rows[f, :, own.k] = value.real, value.imag
-    if share < 1.0:
-        energy = whole.balance(state).energy
-        state.sums_b[2 * k + own.k] = state.ledger[PULSE] = energy
-
-
 def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
     """Return the integrator of a rotor of equal sectors as waves, or None.
 
@@ -263,7 +259,7 @@ def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
     rotor = arrays.rotor.hub.shape[1] + 2 * k * seen
     places = _WavePlaces(model, diameters, arrays.rotor, seen=seen > 0)
     whole = EqualSectors(model, scene, arrays, (rotor, 3 * k), places)
-    _put_on_circle(whole, diameters)
+    whole.put_on_circle(diameters)
     return whole
 
 
