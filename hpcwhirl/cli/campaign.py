@@ -218,22 +218,19 @@ def _pages(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
     """
     from hpcwhirl.report.page.build import is_stale, write_page
 
-    page = directory.page
-    if "page" not in rules.pictures(ending.cases):
-        how = shlex.join(["hpcwhirl", "report", str(directory)])
-        if page.exists():
-            if not is_stale(directory):
-                return [page]
-            say(f"report.html is of earlier results: {how}")
-        elif rules.report == "auto":
-            why = f"{ending.cases} cases, more than {MOST_ON_PAGE}"
-            say(f"no report.html: {why}: {how}")
-        return []
-    if not ending.gathered:
-        if page.exists() and not is_stale(directory):
-            return [page]
-        say("writing report.html, which is missing or of earlier results")
-    return [write_page(directory)]
+    page, wanted = directory.page, "page" in rules.pictures(ending.cases)
+    if not (wanted and ending.gathered) and page.exists() and not is_stale(directory):
+        return [page]
+    if wanted:
+        if not ending.gathered:
+            say("writing report.html, which is missing or of earlier results")
+        return [write_page(directory)]
+    how = shlex.join(["hpcwhirl", "report", str(directory)])
+    if page.exists():
+        say(f"report.html is of earlier results: {how}")
+    elif rules.report == "auto":
+        say(f"no report.html: {ending.cases} cases, more than {MOST_ON_PAGE}: {how}")
+    return []
 
 
 def _maps(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
