@@ -132,6 +132,14 @@ def after_revolutions(time: Floats, speed: float, revolutions: float) -> slice:
 FEWEST = 16  # samples below which an orbit has no direction
 
 
+def sense_of(speed: float) -> float:
+    """Return the sense that counts as forward: 1.0 anticlockwise, -1.0 clockwise.
+
+    speed : Omega, rad/s; at 0 forward means anticlockwise
+    """
+    return -1.0 if speed < 0.0 else 1.0
+
+
 @dataclass(frozen=True)
 class WhirlNumbers:
     """Numbers of the centre's orbit over a window of time, static frame.
@@ -206,7 +214,7 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
     radius = float(np.sqrt(np.add.reduce(np.abs(orbit) ** 2) / count))
     if not radius > 0.0:
         return WhirlNumbers(0.0, 0.0, 0.0, 0.0)
-    sign = -1.0 if speed < 0 else 1.0
+    sign = sense_of(speed)
     interval = float(time[1] - time[0])
     scaled = orbit / radius  # squares of tiny orbits would be denormal
     omega, amplitude = full_spectrum(scaled, interval)
@@ -215,10 +223,8 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
         np.add.reduce(power[direction]) for direction in (turning > 0, turning < 0)
     )
     if count % 2 == 0:  # the line at half the sampling rate turns either way
-        forward, backward = (
-            forward + sign * power[0] / 2,
-            backward - sign * power[0] / 2,
-        )
+        half = sign * power[0] / 2
+        forward, backward = forward + half, backward - half
     areas = (scaled[:-1].conj() * scaled[1:]).imag
     swept = 0.5 * (np.add.reduce(areas) / len(areas)) / interval
     return WhirlNumbers(

@@ -21,7 +21,7 @@ from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.plan.sampling import Twins, check_scenes
 from hpcwhirl.campaign.stop import Stopping, time_left
 from hpcwhirl.case.limits import check_step
-from hpcwhirl.errors import InputError, WhirlError, say
+from hpcwhirl.errors import InputError, WhirlError, cases_told, say
 from hpcwhirl.launch import Communicator, Shard, from_root
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.batch_validation import Many
@@ -175,8 +175,7 @@ def _tell_stopped(journals: Journals, design: Design) -> None:
         if case >= 0 and outcome in LIMITED
     }
     if found:
-        noun = "case" if len(found) == 1 else "cases"
-        say(f"{len(found)} {noun} ended at the amplitude limit: none is extended")
+        say(f"{cases_told(len(found))} ended at the amplitude limit: none is extended")
 
 
 def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
@@ -333,10 +332,9 @@ def _tell_left_out(old: Manifest, new: Manifest, directory: Directory) -> None:
     """Print how many cases of the plan in a directory the new plan has no more."""
     count = len(set(old.digests).difference(new.digests))
     if count:
-        noun = "case" if count == 1 else "cases"
         say(
-            f"{count} {noun} of {directory} left out, which the campaign has no more: "
-            "the former lists bring them back"
+            f"{cases_told(count)} of {directory} left out, which the campaign has no "
+            "more: the former lists bring them back"
         )
 
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.edge_tracking import HIGH, LOW, OPEN, Tracked, track
 from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
-from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
+from hpcwhirl.analysis.whirl import sense_of, static_frame, whirl_numbers
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.speed import changes
@@ -428,8 +428,7 @@ def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
     whirl = whirl_numbers(time, centre, speed)
     z = centre @ np.array([1.0, 1j])
     halves = [np.sqrt(np.mean(np.abs(part) ** 2)) for part in np.array_split(z, 2)]
-    sense = -1.0 if speed < 0.0 else 1.0
-    turned = sense * np.polyfit(time - time[0], np.unwrap(np.angle(z)), 1)[0]
+    turned = sense_of(speed) * np.polyfit(time - time[0], np.unwrap(np.angle(z)), 1)[0]
     return {
         "orbit_radius": whirl.radius,
         "orbit_change": float((halves[1] - halves[0]) / halves[1]),

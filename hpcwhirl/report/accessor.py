@@ -14,7 +14,7 @@ import xarray
 from xarray.core.utils import UncachedAccessor
 from xarray.plot.accessor import DataArrayPlotAccessor
 
-from hpcwhirl.analysis.whirl import full_spectrum
+from hpcwhirl.analysis.whirl import full_spectrum, sense_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.canvas import axis_of, new_figure, title_of
 from hpcwhirl.scene.words import MOTIONS, SHOWN, WHIRLS
@@ -196,8 +196,7 @@ class Whirl:
         orbit = (traces["centre"] @ np.array([1.0, 1j]))[late]
         omega, amplitude = full_spectrum(orbit, row["sample_interval"])
         _, axes = new_figure((8, 4))
-        turned = -1.0 if row["speed"] < 0 else 1.0
-        axes.semilogy(turned * omega, 1e3 * amplitude)
+        axes.semilogy(sense_of(row["speed"]) * omega, 1e3 * amplitude)
         axes.axvline(abs(row["speed"]), color="black", ls="--", lw=0.8, label="ω = Ω")
         axes.set(
             xlabel="ω, rad/s, static frame: backward < 0 < forward",

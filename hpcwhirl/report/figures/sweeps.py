@@ -17,6 +17,7 @@ from hpcwhirl.analysis.whirl import (
     cascade,
     full_spectrum,
     section,
+    sense_of,
 )
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import Case, resolve
@@ -325,7 +326,7 @@ def draw_waterfall(cases: Results, case: int) -> Any:
         raise InputError(msg)
     mean = float(np.abs(speed_at(scene, time)).mean())
     turn = 2 * np.pi / mean if mean > 0.0 else float(time[-1])
-    sense = -1.0 if scene.speed < 0.0 else 1.0  # forward above 0
+    sense = sense_of(scene.speed)  # forward above 0
     spectra = spectra_over(time, traces["centre"] @ np.array([1.0, sense * 1j]), turn)
     names = ["time"] if law_of(scene) is None else ["time", "speed"]
     figure, (panels,) = new_figure(
@@ -383,7 +384,7 @@ def _waterfall(
     )  # fmt: skip
     for sign in (1.0, -1.0):
         axes.plot(at, sign * speeds[::-1][last], "w--", lw=0.8)
-    sense = -1.0 if name == "speed" and case.scene.speed < 0.0 else 1.0
+    sense = sense_of(case.scene.speed) if name == "speed" else 1.0
     for one in crossings(case):
         axes.axvline(sense * one[name], c="w", ls=":", lw=0.9)
     axes.set(xlabel=axis_of(name), ylim=(-most, most))
