@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.campaign.begin import Policy
-from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import (
+    Checkpoints,
     Computation,
     DiedError,
     LateError,

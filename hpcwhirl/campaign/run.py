@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from typing import Self, TypeVar
 
 from hpcwhirl.campaign.begin import Policy, Prepared, asking_of, begin, owned
-from hpcwhirl.campaign.checkpoints import Checkpoints
+from hpcwhirl.campaign.compute import Checkpoints
 from hpcwhirl.campaign.evaluate import Evaluator
 from hpcwhirl.campaign.finalize import Ending, conclude
 from hpcwhirl.campaign.measure import Measure

@@ -46,7 +46,7 @@ from hpcwhirl.scene.units import with_unit
 from hpcwhirl.scene.words import BEYOND_FILM, TOLD, is_open
 
 if TYPE_CHECKING:
-    from hpcwhirl.campaign.checkpoints import Checkpoints
+    from hpcwhirl.campaign.compute import Checkpoints
 
 Value = float | int | str
 USUAL = Thresholds()

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import add_scene, print_json, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings

@@ -10,7 +10,7 @@ from typing import Any
 
 from hpcwhirl.analysis.regimes import MotionThresholds, Thresholds, all_thresholds
 from hpcwhirl.analysis.rules import motions_by_table, words_by_table
-from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, add_take_over, print_json
 from hpcwhirl.errors import InputError, say, unknown
 

@@ -1,5 +1,7 @@
 """Run a sub-command: check and parse its arguments, print errors, set the exit code.
 
+`add_option` declares one option of a command, in the form in which its help shows it.
+
 The program replaces its standard streams by streams that work even if a descriptor is
 closed or a disk is full.
 """
@@ -343,3 +345,35 @@ def flush_stdout() -> None:
         # the buffer is lost; the interpreter must not try to flush it again at its end
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         raise
+
+
+def add_option(
+    parser: argparse._ActionsContainer,
+    usage: str,
+    told: str,
+    *,
+    default: Any = None,
+    **how: Any,
+) -> None:
+    """Add an option to a command's parser.
+
+    Parameters
+    ----------
+    parser : parser or group of options
+    usage : the option's names, separated by bars, and its value, as ``--at NAME=V``;
+        without a value the option is a flag
+    told : help text of the option
+    default : default value; a number also sets the option's type, a list means that
+        the option may be repeated
+    how : further arguments of argparse's `add_argument`
+    """
+    names, _, shape = usage.partition(" ")
+    if not shape:
+        how = {"action": "store_true"} | how
+    else:
+        how |= {"metavar": shape, "default": default}
+        if isinstance(default, list):
+            how = {"action": "append"} | how
+        elif isinstance(default, int | float):
+            how = {"type": type(default)} | how
+    parser.add_argument(*names.split("|"), help=told, **how)

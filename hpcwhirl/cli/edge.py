@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import (
     add_scene,
     add_units,

@@ -14,7 +14,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import add_scene_name, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows

@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hpcwhirl.cli.add_option import add_option
-from hpcwhirl.cli.command import code_of, tell_failure
+from hpcwhirl.cli.command import add_option, code_of, tell_failure
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_take_over
 from hpcwhirl.errors import COMPLETE, FAILED, WhirlError, say
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.export_model import arrays_of_stress, turning_arrays
 from hpcwhirl.cli.options import add_json, check_writable, print_json
 from hpcwhirl.errors import InputError, say

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.command import add_option
 from hpcwhirl.cluster.request import PRINTED, Request, job_script
 from hpcwhirl.cluster.schedulers import SCHEDULERS
 from hpcwhirl.errors import InputError, MissingFileError, say

@@ -16,7 +16,7 @@ from hpcwhirl.analysis.rotation import (
 )
 from hpcwhirl.case.explain import facts_of_file, facts_of_plan
 from hpcwhirl.case.resolve import Case, resolve
-from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import (
     add_explain,
     add_scene,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_units, asked_units, check_writable
 
 

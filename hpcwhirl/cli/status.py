@@ -18,7 +18,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, finite, print_json
 from hpcwhirl.errors import InputError, WhirlError, cases_told, legible
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import add_json, add_units, asked_units, print_json
 from hpcwhirl.errors import legible, one_line
 from hpcwhirl.scene.units import AS_STORED, showing, shown_in

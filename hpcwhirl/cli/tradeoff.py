@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl import __version__
-from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import (
     add_json,
     add_set,
@@ -33,7 +33,7 @@ NOT_OFFERED = (
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of `hpcwhirl tradeoff` on its parser."""
     # fmt: off
-    from hpcwhirl.benchmark.trials import axes
+    from hpcwhirl.benchmark.tradeoff import axes
 
     parser.add_argument(
         "scenes", nargs="*", metavar="SCENE",
@@ -60,8 +60,7 @@ def run(args: argparse.Namespace) -> int:
 
     Returns the exit code
     """
-    from hpcwhirl.benchmark.tradeoff import measure
-    from hpcwhirl.benchmark.trials import settings_of
+    from hpcwhirl.benchmark.tradeoff import measure, settings_of
     from hpcwhirl.cluster.facts import machine_facts
     from hpcwhirl.report.figures.pareto import markdown
 
@@ -113,7 +112,7 @@ def _write(args: argparse.Namespace, facts: dict[str, Any], text: str) -> None:
 
 
 def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
-    from hpcwhirl.benchmark.trials import default_scenes
+    from hpcwhirl.benchmark.tradeoff import default_scenes
 
     if not args.scenes:
         kinds = default_scenes(Scene())

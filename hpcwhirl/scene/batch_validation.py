@@ -18,12 +18,12 @@ from pydantic import ConfigDict, FailFast, TypeAdapter, ValidationError
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene.digests import fragment
 from hpcwhirl.scene.input_names import takes_list
-from hpcwhirl.scene.input_types import Inputs
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.plain_data import apply_settings, flatten
 from hpcwhirl.scene.quantities import LEAVES
 from hpcwhirl.scene.rules import LASTS, Rule, end_time, last_end
 from hpcwhirl.scene.table import Column, Table, Values, distinct, labels, listed
+from hpcwhirl.scene.table_model import Inputs
 
 Array = NDArray[Any]
 # function from an input's name to its value or, if it is swept, its values, (cases,);

@@ -17,10 +17,9 @@ from pydantic_core import PydanticUndefined
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene.campaign_tables import TABLES
 from hpcwhirl.scene.input_names import OTHERWISE, Value
-from hpcwhirl.scene.input_types import OwnRatio
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
 from hpcwhirl.scene.swept import KEYS as SWEPT
-from hpcwhirl.scene.table_model import Key, key_of
+from hpcwhirl.scene.table_model import Key, OwnRatio, key_of
 
 SIGNS = (("gt", "> "), ("ge", ">= "), ("le", "<= "), ("lt", "< "))
 KINDS = {"int": "whole number", "float": "number", "str": "text"}

@@ -1,7 +1,13 @@
-"""Scenes from what users write: TOML files, and settings such as ``name=value``."""
+"""What users write: TOML files, settings such as ``name=value``, and lists of cases.
+
+Cases are listed one by one by [[cases]] of a campaign's file, or in a CSV file.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,8 +23,15 @@ from hpcwhirl.errors import (
 )
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene.campaign_tables import TABLES
-from hpcwhirl.scene.input_names import FILE, PRESET, Value, full_name, takes_list
-from hpcwhirl.scene.input_types import anchored
+from hpcwhirl.scene.input_names import (
+    FILE,
+    PRESET,
+    Value,
+    by_full_name,
+    full_name,
+    takes_list,
+    value_in_si,
+)
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.named import check_label, preset_inputs, preset_names
 from hpcwhirl.scene.plain_data import (
@@ -27,7 +40,9 @@ from hpcwhirl.scene.plain_data import (
     check_kept,
     scene_from,
 )
-from hpcwhirl.scene.swept import KEYS
+from hpcwhirl.scene.quantities import INPUTS, variable_name
+from hpcwhirl.scene.swept import KEYS, MOST_CASES, flat
+from hpcwhirl.scene.table_model import anchored
 
 DESIGN_TABLES = (*KEYS, *TABLES)  # only in campaign files
 WIDEST = 1000  # largest number of bits of a whole number, so that it fits a float
@@ -241,13 +256,135 @@ def load_document(path: Path | str) -> dict[str, Any]:
         if the file is no TOML
     """
     try:
-        text = read_regular(path).decode("utf-8-sig")
-        text = text.replace("\r\n", "\n")
-    except (OSError, UnicodeDecodeError) as failed:
-        msg = f"cannot read {path}: {getattr(failed, 'strerror', None) or failed}"
-        raise MissingFileError(msg) from None
-    try:
-        return parsed_toml(text)
+        return parsed_toml(_text_of(path).replace("\r\n", "\n"))
     except ValueError as failed:
         msg = f"{path} is not valid TOML: {one_line(str(failed), 300)}"
         raise InputError(msg) from None
+
+
+def _text_of(path: Path | str) -> str:
+    """Return the text of a file in UTF-8; MissingFileError if it cannot be read."""
+    try:
+        return read_regular(path).decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as failed:
+        msg = f"cannot read {path}: {getattr(failed, 'strerror', None) or failed}"
+        raise MissingFileError(msg) from None
+
+
+CASE = "case"  # column of case numbers in tables of results; not an input
+HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
+VARIABLES = {variable_name(name): name for name in INPUTS}
+
+
+def listed_cases(given: Any, folder: Path | str = "") -> list[dict[str, Value]]:
+    """Return {full dotted input: value in SI} of each listed case.
+
+    Parameters
+    ----------
+    given : parsed tables [[cases]], or the name of a CSV file, see `cases_in_file`
+    folder : directory to which a relative name refers; "": the working directory
+
+    Raises
+    ------
+    InputError, MissingFileError
+        for a wrong value, an unknown input, or a file that is not a table of cases
+    """
+    if isinstance(given, str):
+        return cases_in_file(Path(folder) / given)
+    if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
+        msg = '[[cases]] must be tables of inputs, or cases = "FILE.csv", got '
+        raise InputError(msg + shown(given))
+    rows = [by_full_name(flat(case).items(), "[[cases]]") for case in given]
+    return [{name: value_in_si(name, v) for name, v in row.items()} for row in rows]
+
+
+def cases_in_file(path: Path) -> list[dict[str, Value]]:
+    """Return {full dotted input: value in SI} of each case in a CSV file, one a line.
+
+    The header names inputs as in a TOML file or in results, with the unit of the column
+    if it is not SI: ``speed [rpm],gap [mm],friction``. An empty cell keeps the value
+    that all cases share; a column `case` is ignored. Columns are separated by commas,
+    or by semicolons if the header has no comma.
+
+    Raises
+    ------
+    InputError, MissingFileError
+        naming file, line and column of the error
+    """
+    text = _text_of(path)
+    head = text.partition("\n")[0]
+    comma = "," if "," in head or ";" not in head else ";"
+    reader = csv.reader(io.StringIO(text), delimiter=comma, strict=True)
+    rows: list[dict[str, Value]] = []
+    try:
+        columns = _inputs_of_columns(next(reader, []), path)
+        for cells in reader:
+            if any(cell.strip() for cell in cells):
+                rows.append(_case_of(columns, cells, f"{path}, line {reader.line_num}"))
+            if len(rows) > MOST_CASES:
+                raise InputError(f"{path} has more than {MOST_CASES} cases")
+    except csv.Error as failed:
+        msg = f"{path}, line {reader.line_num}: {one_line(str(failed))}"
+        raise InputError(msg) from None
+    if not rows:
+        msg = f"{path} has no cases: it must have a line of names and one for each case"
+        raise InputError(msg)
+    return rows
+
+
+def _inputs_of_columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
+    """Return (full dotted input, unit or "") of each column of a CSV file of cases.
+
+    A column `case`, which is ignored, gives ("", "").
+
+    heads, path : cells of the file's first line; the file, for messages
+    """
+    found: list[tuple[str, str]] = []
+    for head in heads:
+        parts = HEAD.fullmatch(head)
+        if parts is None or not parts[1]:
+            msg = f"{path}: a column must be NAME or NAME [UNIT], got {shown(head)}"
+            raise InputError(msg)
+        name, unit = VARIABLES.get(parts[1], parts[1]), parts[2] or ""
+        if name == CASE:
+            found.append(("", ""))
+            continue
+        try:
+            full = full_name(name)
+        except InputError as failed:
+            raise InputError(f"{path}: {failed}") from None
+        if full in {known for known, _ in found}:
+            raise InputError(f"{path} names {full} twice")
+        found.append((full, "" if unit.strip() == "1" else unit.strip()))
+    return found
+
+
+def _case_of(
+    columns: list[tuple[str, str]], cells: list[str], where: str
+) -> dict[str, Value]:
+    """Return {full dotted input: value in SI} of the case in one line of a CSV file.
+
+    Parameters
+    ----------
+    columns : (full dotted input, unit or "") of each column
+    cells : texts of the line; an empty one leaves its input out
+    where : file and line, for messages
+    """
+    if len(cells) != len(columns):
+        raise InputError(f"{where}: must have {len(columns)} columns, got {len(cells)}")
+    row: dict[str, Value] = {}
+    for (name, unit), cell in zip(columns, cells, strict=True):
+        if not name or not cell.strip():
+            continue
+        try:
+            row[name] = _in_cell(name, unit, cell.strip())
+        except (InputError, ValueError) as failed:
+            raise InputError(f"{where}: {failed}") from None
+    return row
+
+
+def _in_cell(name: str, unit: str, cell: str) -> Value:
+    value = setting_value(name, cell)
+    if unit and isinstance(value, int | float):
+        value = f"{cell} {unit}"
+    return value_in_si(name, value)  # type: ignore[no-any-return]

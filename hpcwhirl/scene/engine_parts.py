@@ -10,7 +10,9 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BeforeValidator
 
 from hpcwhirl.scene import contact_laws
-from hpcwhirl.scene.input_types import (
+from hpcwhirl.scene.kept_tables import bearing_table, profile_table
+from hpcwhirl.scene.rules import NO_BLADE, OF_CASING, OF_ENGINE, OF_ROTOR
+from hpcwhirl.scene.table_model import (
     Change,
     FileName,
     Finite,
@@ -21,8 +23,6 @@ from hpcwhirl.scene.input_types import (
     Positive,
     as_tuple,
 )
-from hpcwhirl.scene.kept_tables import bearing_table, profile_table
-from hpcwhirl.scene.rules import NO_BLADE, OF_CASING, OF_ENGINE, OF_ROTOR
 from hpcwhirl.scene.units import given
 
 # fmt: off

@@ -13,10 +13,10 @@ from pydantic import AfterValidator, ValidationError
 from hpcwhirl.scene import contact_laws
 from hpcwhirl.scene.engine_parts import Engine
 from hpcwhirl.scene.history import checked
-from hpcwhirl.scene.input_types import Finite, Inputs, Label, NonNegative, Positive
 from hpcwhirl.scene.kept_tables import table_over_time
 from hpcwhirl.scene.rules import OF_SCENE, end_time
 from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SCHEMES, SchemeName
+from hpcwhirl.scene.table_model import Finite, Inputs, Label, NonNegative, Positive
 from hpcwhirl.scene.units import given
 
 SpeedTable = Annotated[str, AfterValidator(partial(table_over_time, name="speed"))]

@@ -14,8 +14,8 @@ from pydantic import ValidationError
 from hpcwhirl.errors import InputError, shown, unknown
 from hpcwhirl.scene.history import history_of, parsed
 from hpcwhirl.scene.input_names import OTHERWISE, PRESET, Value, full_name, input_names
-from hpcwhirl.scene.input_types import WRONG_UNIT
 from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.table_model import WRONG_UNIT
 
 SCENE_TABLES = ("scene", "engine", "solver", "output")
 SETS = {  # {input: inputs whose values it overrides if it is not 0}

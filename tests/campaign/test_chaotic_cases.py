@@ -21,8 +21,7 @@ from hpcwhirl.analysis.chaos import (
 )
 from hpcwhirl.analysis.regimes import all_thresholds
 from hpcwhirl.analysis.rules import motion_of
-from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.compute import LateError, compute
+from hpcwhirl.campaign.compute import Checkpoints, LateError, compute
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.simulate import Course, simulate
 from hpcwhirl.campaign.stop import Stop

@@ -7,8 +7,7 @@ import pytest
 from launch import BARE, records, root_variables
 
 from hpcwhirl.campaign.begin import Policy
-from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.compute import compute
+from hpcwhirl.campaign.compute import Checkpoints, compute
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.campaign.simulate import simulate

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from deaths import even_slices, stopped_again_and_again
 
-from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.compute import compute
+from hpcwhirl.campaign.compute import Checkpoints, compute
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from deaths import even_slices, stopped_again_and_again
 
-from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.compute import LateError, compute
+from hpcwhirl.campaign.compute import Checkpoints, LateError, compute
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot

@@ -25,13 +25,12 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines
 from hpcwhirl.report.figures import (
-    contacts,
     frequencies,
     kinds,
     motions,
     shapes,
     sweeps,
-    tip_lines,
+    tips,
 )
 from hpcwhirl.report.map.critical import speeds_of
 from hpcwhirl.scene import Rotor, Scene, apply_settings
@@ -136,12 +135,12 @@ def test_traces_that_were_not_kept_are_one_clear_line(finished, tmp_path, capsys
 def test_maps_of_tips_show_the_displacements_in_the_window(cases):
     traces, row = cases.traces(0), cases.rows[0]
     late = motions.in_window(traces["time"], row)
-    axes = tip_lines.draw_tips(cases, 0).axes
+    axes = tips.draw_tips(cases, 0).axes
     for part, panel in enumerate(axes[:2]):
         factor, unit = motions.unit_of(np.abs(traces["tips"][late, :, part]).max())
         shown = panel.collections[0].get_array()
         assert np.array_equal(shown, factor * traces["tips"][late, :, part].T)
-        told = f"{tip_lines.DIRECTIONS[part]}, {unit}"
+        told = f"{tips.DIRECTIONS[part]}, {unit}"
         assert axes[2 + part].get_ylabel().startswith(told)
 
 
@@ -228,7 +227,7 @@ def test_amplitudes_and_frames_are_told(cases):
     told = texts(sweeps.draw_cascade(cases, line))
     assert "static frame:\nbackward < 0 < forward" in told
     assert "m √kg" in texts(motions.draw_contributions(cases, 0))
-    assert "N s" in texts(contacts.draw_contacts(cases, 0))
+    assert "N s" in texts(tips.draw_contacts(cases, 0))
     assert "J, cumulative" in texts(motions.draw_ledger(cases, 0))
 
 
@@ -620,7 +619,7 @@ def test_wear_is_drawn_in_micrometres_around_the_casing(cases):
     shown = SimpleNamespace(
         traces=lambda _: traces, rows=cases.rows, scene=lambda _: made
     )
-    figure = contacts.draw_wear(shown, 0)
+    figure = tips.draw_wear(shown, 0)
     (bars,) = figure.axes[0].patches
     values, edges, _ = bars.get_data()
     assert values == pytest.approx(1e6 * depth)
@@ -629,7 +628,7 @@ def test_wear_is_drawn_in_micrometres_around_the_casing(cases):
     assert all("µm" in axes.get_ylabel() for axes in (figure.axes[0], figure.axes[2]))
     traces["worn"][:] = 0.0
     with pytest.raises(InputError, match="no rod of the layer was worn"):
-        contacts.draw_wear(shown, 0)
+        tips.draw_wear(shown, 0)
 
 
 def test_a_case_that_kept_no_traces_is_told_and_in_no_figure(tmp_path, capsys):

@@ -9,7 +9,7 @@ from hpcwhirl.analysis.rotation import bands_over
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.figures import sweeps, tip_lines
+from hpcwhirl.report.figures import sweeps, tips
 from hpcwhirl.store.reading.results_file import Results
 
 TOML = """
@@ -99,7 +99,7 @@ def test_the_maps_of_tips_show_their_traces(stage, monkeypatch):
     traces |= {"point_tips": size[:, None, None] * traces["point_tips"]}
     monkeypatch.setattr(cases, "traces", lambda _: traces)
     points = 1e3 * traces["point_tips"]
-    figure = tip_lines.draw_tips(cases, 0, transient=True)
+    figure = tips.draw_tips(cases, 0, transient=True)
     radial, tangential, *chord = meshes(figure)
     assert np.array_equal(radial, points[:, :, 1, 0].T)
     assert np.array_equal(tangential, points[:, :, 1, 1].T)
@@ -111,9 +111,9 @@ def test_the_maps_of_tips_show_their_traces(stage, monkeypatch):
 
 def test_a_cell_of_many_samples_keeps_the_largest(monkeypatch):
     values = np.array([[1.0], [-3.0], [2.0], [0.5], [-0.25]])
-    monkeypatch.setattr(tip_lines, "MOST_COLUMNS", 3)
-    assert tip_lines.extremes(values).ravel().tolist() == [-3.0, 2.0, -0.25]
-    edges = tip_lines.edges_of(0.1 * np.arange(1, 6), 0.1)
+    monkeypatch.setattr(tips, "MOST_COLUMNS", 3)
+    assert tips.extremes(values).ravel().tolist() == [-3.0, 2.0, -0.25]
+    edges = tips.edges_of(0.1 * np.arange(1, 6), 0.1)
     assert edges == pytest.approx([0.0, 0.2, 0.4, 0.5])
 
 
@@ -122,7 +122,7 @@ def test_tips_at_rest_are_told(stage, monkeypatch):
     still = {n: 0 * a if n != "time" else a for n, a in cases.traces(0).items()}
     monkeypatch.setattr(cases, "traces", lambda _: still)
     with pytest.raises(InputError, match="no displacement of a tip in the window; --"):
-        tip_lines.draw_tips(cases, 0)
+        tips.draw_tips(cases, 0)
 
 
 def test_own_frequencies_are_drawn_with_rotation(turned):
@@ -147,7 +147,7 @@ def test_waves_over_the_speed_are_drawn_with_rotation(turned, tmp_path, capsys):
 def test_the_stress_is_drawn_of_the_blade_that_has_most(turned):
     cases = Results(turned)
     stress = 1e-6 * cases.traces(1)["stress"]
-    over, around = tip_lines.draw_stress(cases, 1, transient=True).axes
+    over, around = tips.draw_stress(cases, 1, transient=True).axes
     most = stress.max(axis=0)
     for line, other in zip(over.get_lines(), around.get_lines(), strict=True):
         name, told = line.get_label().split(": ")

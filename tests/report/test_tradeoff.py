@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hpcwhirl.benchmark import tradeoff, trials
-from hpcwhirl.benchmark.tradeoff import Compared, Sample, difference, floor_of, measure
-from hpcwhirl.benchmark.trials import (
+from hpcwhirl.benchmark import tradeoff
+from hpcwhirl.benchmark.tradeoff import (
+    Compared,
+    Sample,
     Setting,
     applied,
     default_scenes,
+    difference,
+    floor_of,
+    measure,
     reference_of,
     settings_of,
 )
@@ -31,9 +35,8 @@ COARSE = [Setting("step", f"{s:g}", {"time_step": s}) for s in (8e-6, 4e-6, 2e-6
 @pytest.fixture
 def cheap(monkeypatch):
     """Let the reference be a small model; the tests' scenes have its modes."""
-    table = trials.trials() | {"reference": REFERENCE}
-    for module in (tradeoff, trials):
-        monkeypatch.setattr(module, "trials", lambda: table)
+    table = tradeoff.trials() | {"reference": REFERENCE}
+    monkeypatch.setattr(tradeoff, "trials", lambda: table)
 
 
 def scene(**settings):
@@ -112,7 +115,7 @@ def test_settings_of_unknown_axes_are_refused_and_all_inputs_are_known():
     with pytest.raises(InputError, match="did you mean 'step'"):
         settings_of(["stp"])
     base = named_scene("table2")
-    for setting in settings_of(trials.axes()):
+    for setting in settings_of(tradeoff.axes()):
         applied(base, setting.inputs)  # a wrong name or value raises
     kinds = default_scenes(base)
     assert len(kinds) == 7
@@ -130,7 +133,7 @@ def test_the_table_and_its_files(tmp_path, capsys, monkeypatch):
     given = tmp_path / "short.toml"
     given.write_text("[scene]\nduration = 2e-3\n")
     few = [Setting("as given", "as given", {}), *COARSE[:1]]
-    monkeypatch.setattr(trials, "settings_of", lambda _: few)
+    monkeypatch.setattr(tradeoff, "settings_of", lambda _: few)
     out = tmp_path / "out"
     words = ["tradeoff", str(given), "--repeats", "2", "--out", str(out), "--plot"]
     assert main(words) == 0
@@ -182,9 +185,8 @@ def test_the_reference_is_at_least_as_fine_as_the_scene():
 
 @pytest.mark.usefixtures("cheap")
 def test_a_mistuned_rotor_has_a_reference_though_none_that_is_exact(monkeypatch):
-    table = trials.trials() | {"reference": REFERENCE | {"scheme": "exact"}}
-    for module in (tradeoff, trials):
-        monkeypatch.setattr(module, "trials", lambda: table)
+    table = tradeoff.trials() | {"reference": REFERENCE | {"scheme": "exact"}}
+    monkeypatch.setattr(tradeoff, "trials", lambda: table)
     odd = scene(mistuning=[0.01] * 11 + [-0.01] * 11, duration=5e-3)
     (row,) = measure({"mistuned": odd}, [COARSE[2]], repeats=2).compared
     assert row.refused == ""

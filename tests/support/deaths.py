@@ -1,7 +1,6 @@
 """Processes and cases that end after some slices of a march, again and again."""
 
-from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.compute import compute
+from hpcwhirl.campaign.compute import Checkpoints, compute
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.dynamics import march as marching
 from hpcwhirl.store.directory.states import States

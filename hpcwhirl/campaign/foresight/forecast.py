@@ -38,7 +38,7 @@ from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.heartbeats import begun
 from hpcwhirl.store.directory.runs import COSTS, Runs
 from hpcwhirl.store.results.contents import sizes_of
-from hpcwhirl.store.results.sizes import Bytes, bytes_of
+from hpcwhirl.store.results.layout import Bytes, bytes_of
 from hpcwhirl.store.results.variables import DETAIL, LAW
 
 # least share of its steps that a case counts as integrated, where the time of the

@@ -46,13 +46,13 @@ from hpcwhirl.scene import (
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.campaign_tables import Campaign, Refine
 from hpcwhirl.scene.case_digest import PHYSICS_VERSION, read_as
-from hpcwhirl.scene.case_list import listed_cases
 from hpcwhirl.scene.digests import CaseDigests, Digests
+from hpcwhirl.scene.documents import listed_cases
 from hpcwhirl.scene.input_names import FILE, Value, full_name
-from hpcwhirl.scene.input_types import anchored
 from hpcwhirl.scene.quantities import WHOLE
 from hpcwhirl.scene.swept import check_count, swept_values
 from hpcwhirl.scene.table import Block, OfCases, Table, listed
+from hpcwhirl.scene.table_model import anchored
 from hpcwhirl.store.directory.manifest import (
     CONTENT,
     FINGERPRINT,

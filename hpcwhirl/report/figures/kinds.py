@@ -15,12 +15,11 @@ from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.report.canvas import part_of_name, save, tell_in_units
 from hpcwhirl.report.figures import (
     coexisting,
-    contacts,
     frequencies,
     motions,
     shapes,
     sweeps,
-    tip_lines,
+    tips,
 )
 from hpcwhirl.scene.units import showing
 from hpcwhirl.store.reading.results_file import Results
@@ -98,14 +97,12 @@ KINDS = {
     "contributions": Kind(
         motions.draw_contributions, ("centre", "tips"), "case", speed="constant"
     ),
-    "contacts": Kind(
-        contacts.draw_contacts, ("blade_impulse",), "case", speed="constant"
-    ),
-    "chord": Kind(contacts.draw_chord, ("point_impulse",), "case", asked=True),
-    "tips": Kind(tip_lines.draw_tips, ("tips",), "case"),
-    "stress": Kind(tip_lines.draw_stress, ("stress",), "case", asked=True),
+    "contacts": Kind(tips.draw_contacts, ("blade_impulse",), "case", speed="constant"),
+    "chord": Kind(tips.draw_chord, ("point_impulse",), "case", asked=True),
+    "tips": Kind(tips.draw_tips, ("tips",), "case"),
+    "stress": Kind(tips.draw_stress, ("stress",), "case", asked=True),
     "waterfall": Kind(sweeps.draw_waterfall, ("centre",), "case", speed="changing"),
-    "wear": Kind(contacts.draw_wear, ("worn",), "case", asked=True),
+    "wear": Kind(tips.draw_wear, ("worn",), "case", asked=True),
     "basins": Kind(coexisting.draw_basins, (), "engine", asked=True),
     "shapes": Kind(_shapes, (), "engine"),
     "campbell": Kind(_over_speed(frequencies.draw_campbell), (), "engine"),

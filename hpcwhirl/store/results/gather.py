@@ -29,8 +29,7 @@ from hpcwhirl.store.directory.owner import RESULTS, Asking, Claim
 from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.results.blocks import Block, block_size, ranges, read_block
 from hpcwhirl.store.results.contents import STAMP, Contents, contents_of, stamp
-from hpcwhirl.store.results.layout import LIBVER, define
-from hpcwhirl.store.results.sizes import results_bytes
+from hpcwhirl.store.results.layout import LIBVER, define, results_bytes
 
 MORE = 1 << 16  # bytes of free space required beyond the known need
 
