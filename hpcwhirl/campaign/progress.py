@@ -27,11 +27,12 @@ from hpcwhirl.store.directory.completions import (
     SECONDS,
     CaseIndex,
     Ended,
-    ended_of,
+    ended_in,
     is_plain,
     told_by,
 )
 from hpcwhirl.store.directory.heartbeats import Note
+from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 
@@ -39,6 +40,7 @@ from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 # computing time of a case, but at least within `LEAST_PATIENCE`, s.
 PATIENCE = 3.0
 LEAST_PATIENCE = 60.0
+Words = NDArray[np.object_]
 
 
 @dataclass(frozen=True)
@@ -241,30 +243,49 @@ class Seen:
     open : (cases,), whether a job of a case or of its twins is left
     without : number of cases without a result, or that failed in an extension
     regimes, statuses : {word: number of cases}, see `Progress`
-    ends : {digest: s since 1970} of ended cases, at least of those named in heartbeats
+    ends : {digest: s since 1970} of the ended cases that heartbeats name
     spent, longest : time of all computations, and of the longest one, s
     """
 
     def __init__(self, directory: Directory, manifest: Manifest) -> None:
-        self.journals, self.notes = directory.journals, directory.notes.all()
+        journals, self.notes = directory.journals, directory.notes.all()
+        planner = None
+        if not is_plain(manifest):
+            planner = ended_in(journals, manifest).planner()
+            manifest = grown_plan(manifest, planner)
         self.manifest, self.work = manifest, predicted_work(manifest)
         self.workers: list[Worker] = []
         self.spent = self.longest = 0.0
-        if is_plain(manifest):
-            self._from_columns()
+        status, regime, last = self._read(journals)
+        if planner is None:  # each case is one job
+            ended = Ended.nothing(manifest)
+            ended.over[:], ended.ok[:] = status != "", regime != ""
+            self.open = ended.planner().open
+            self.without = int(((regime == "") & ~self.open).sum())
+            self._count(status[~self.open].tolist(), regime[regime != ""].tolist())
         else:
-            self._from_records()
+            self.open = planner.open[rows_of(manifest, planner)]
+            self.without = int((planner.failed_alone & ~planner.open).sum())
+            done = [end.regime for end in planner.ends.values() if end.is_ok]
+            self._count(map(status_of, planner.ends.values()), done)
+        known = CaseIndex(manifest.digests)
+        named = {digest for note in self.notes for digest in note.digests}
+        cases = {name: known.find(name, -1) for name in named}
+        self.ends = {n: float(last[case]) for n, case in cases.items() if case >= 0}
 
-    def _from_columns(self) -> None:
-        """Read the journals of a plan without twins, extensions or refined cases.
+    def _read(self, journals: Journals) -> tuple[Words, Words, Floats]:
+        """Read what each rank has computed, and how each case of the plan has ended.
 
-        Each case is then one job, and the journals are read as arrays, without one
-        object per record.
+        Returns
+        -------
+        status : (cases,), status, or outcome without a regime; "": not ended
+        regime : (cases,), "" if the case gave no result
+        last : (cases,), end, s since 1970; -inf: not ended
         """
         count = len(self.work)
         status, regime = (np.full(count, "", dtype=object) for _ in range(2))
         last = np.full(count, -np.inf)
-        each = told_by(self.journals, self.manifest.digests)
+        each = told_by(journals, self.manifest.digests)
         for _, parts in itertools.groupby(each, key=lambda pair: pair[0].journal):
             columns = []
             for rows, numbers in parts:
@@ -277,15 +298,7 @@ class Seen:
                 regime[numbers[own]] = np.where(stated == "ok", regimes, "")[own]
                 last[numbers[own]] = np.nan_to_num(when[own], nan=0.0)
             self._take(*map(np.concatenate, zip(*columns, strict=True)))
-        ended = Ended.nothing(self.manifest)
-        ended.over[:], ended.ok[:] = status != "", regime != ""
-        self.open = ended.planner().open
-        self._count(status[~self.open].tolist(), regime[regime != ""].tolist())
-        self.without = int(((regime == "") & ~self.open).sum())
-        known = CaseIndex(self.manifest.digests)
-        named = {digest for note in self.notes for digest in note.digests}
-        cases = {name: known.find(name, -1) for name in named}
-        self.ends = {n: float(last[case]) for n, case in cases.items() if case >= 0}
+        return status, regime, last
 
     def _take(self, case: NDArray[np.int64], ended: Floats, seconds: Floats) -> None:
         """Add what the rank that wrote one journal has computed.
@@ -303,30 +316,6 @@ class Seen:
             self.workers.append(worker)
         self.spent += float(seconds.sum())
         self.longest = max(self.longest, float(seconds.max(initial=0.0)))
-
-    def _from_records(self) -> None:
-        """Read the journals of a plan with twins, extensions or refined cases.
-
-        A case may then have several records, which are read one by one.
-        """
-        journals = self.journals.by_file()
-        every = itertools.chain.from_iterable(journals.values())
-        records = {record["digest"]: record for record in every}
-        planner = ended_of(self.manifest, records.values()).planner()
-        self.manifest = grown_plan(self.manifest, planner)
-        self.work = predicted_work(self.manifest)
-        numbers = {name: case for case, name in enumerate(self.manifest.digests)}
-        for lines in journals.values():
-            case = np.array([numbers.get(r["digest"], -1) for r in lines], dtype=int)
-            ended = [float(r.get("ended", math.nan)) for r in lines]
-            taken = [float(r.get("performance", {}).get("seconds", 0.0)) for r in lines]
-            self._take(case, np.array(ended), np.array(taken))
-        rows = rows_of(self.manifest, planner)
-        self.open = planner.open[rows]
-        self.without = int((planner.failed_alone & ~planner.open).sum())
-        done = [end.regime for end in planner.ends.values() if end.is_ok]
-        self._count(map(status_of, planner.ends.values()), done)
-        self.ends = {n: float(r.get("ended", 0.0)) for n, r in records.items()}
 
     def _count(self, statuses: Iterable[str], regimes: Iterable[str]) -> None:
         self.statuses, found = dict(Counter(statuses)), Counter(regimes)
