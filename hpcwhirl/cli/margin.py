@@ -119,7 +119,7 @@ def _chosen(
     over : name of the input whose ranges are listed
     settings : texts ``NAME=V`` of --at
     """
-    from hpcwhirl.store.reading.select import number_of, swept_of, variable_of, where
+    from hpcwhirl.store.reading.select import chosen, number_of, swept_of, variable_of
 
     swept, point, others = swept_of(data), None, []
     for text in settings:
@@ -130,10 +130,7 @@ def _chosen(
             point = number_of(raw, over, "--at")
         else:
             others.append(text)
-    mask = where(others, {n: data[n].to_numpy() for n in swept})
-    if mask is None:
-        return point, data
-    return point, data.isel(case=np.flatnonzero(mask))
+    return point, chosen(data, others)
 
 
 def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
@@ -274,15 +271,17 @@ def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
     from hpcwhirl.analysis.margins import working_point
 
     found = working_point(data, _point(args.at), args.sure)
-    numbers, texts = _each_columns(found), {}
-    units = dict.fromkeys(numbers, "")
-    if print_data(args, numbers, units, "inputs"):
+    columns = _each_columns(found)
+    units = dict.fromkeys(columns, "")
+    if print_data(args, columns, units, "inputs"):
         return 0
     with showing(asked_units(args.units)):
-        texts = {n: np.array([_cell(n, a) for a in found]) for n in numbers}
+        for n in ("at", "distance", *ENDS):
+            told = map(_cell, columns["input"].tolist(), columns[n].tolist())
+            columns[n] = np.array([*told])
     print("safe range around the point along each input, with the other inputs at the "
           "point or at the nearest computed values")  # fmt: skip
-    print_table(texts, units, len(found))
+    print_table(columns, units, len(found))
     return 0
 
 
@@ -329,19 +328,10 @@ def _line(fixed: Mapping[str, Any]) -> str:
     return ", ".join(setting_text(n, v) for n, v in fixed.items())
 
 
-def _cell(name: str, along: Along) -> str:
-    """Return the text in a cell of the table of safe ranges along each input.
-
-    Numbers are in the unit that the user chose.
-
-    name, along : column of the table; safe range along the input of the row
-    """
-    if name in {"at", "distance", *ENDS}:
-        value = {"at": along.value, "distance": along.found.distance(along.value)}
-        number = float(value.get(name, getattr(along.found, name, np.nan)))
-        told = setting_text(along.name, number).partition(" = ")[2]
-        return "" if np.isnan(number) else told
-    return str(_each_columns([along])[name][0])
+def _cell(variable: str, value: float) -> str:
+    """Return an input's value as text, in the unit that the user chose; "" for NaN."""
+    told = setting_text(variable, value).partition(" = ")[2]
+    return "" if np.isnan(value) else told
 
 
 def setting_text(variable: str, value: Any) -> str:

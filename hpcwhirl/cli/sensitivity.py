@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 ENDS = ("first", "first_low", "first_high", "total", "total_low", "total_high")
 FARTHEST = 64  # largest number of draws advised, as a multiple of the draws made
 RESTS = ("draws", "dropped", "mean", "deviation")  # columns alike for all inputs
+# not in the printed table, which has the ends of an interval beside its index
+HIDDEN = {"first_low", "first_high", "total_low", "total_high", "mean", "deviation"}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,16 +71,12 @@ def _found(args: argparse.Namespace, data: xarray.Dataset) -> xarray.Dataset:
 
     They are those of the outputs in --of, at the points of the sweep that --at selects.
     """
-    import numpy as np
-
     from hpcwhirl.analysis.sensitivity import USUAL, sensitivity
-    from hpcwhirl.store.reading.select import where
+    from hpcwhirl.store.reading.select import chosen
     from hpcwhirl.store.results.sampled import drawn_of
 
     names = [n.strip() for n in args.names.split(",")] if args.names else USUAL
-    chosen = where(args.at, {n: data[n].to_numpy() for n in drawn_of(data).swept})
-    part = data if chosen is None else data.isel(case=np.flatnonzero(chosen))
-    return sensitivity(part, names)
+    return sensitivity(chosen(data, args.at, drawn_of(data).swept), names)
 
 
 def _rows(found: xarray.Dataset) -> list[dict[str, Any]]:
@@ -102,20 +100,15 @@ def _rows(found: xarray.Dataset) -> list[dict[str, Any]]:
 
 
 def _print_table(rows: list[dict[str, Any]]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
+    import numpy as np
 
-    table = Table(box=None, pad_edge=False)
-    swept = [n for n in rows[0] if n not in {*ENDS, *RESTS, "quantity", "input"}]
-    for name in (*swept, "quantity", "input", "first", "total", "draws", "dropped"):
-        left = name in {"quantity", "input"}
-        table.add_column(Text(name), justify="left" if left else "right")
-    for row in rows:
-        ends = (_interval(row, order) for order in ("first", "total"))
-        texts = [*(f"{row[n]}" for n in swept), row["quantity"], row["input"], *ends]
-        table.add_row(*map(Text, [*texts, str(row["draws"]), str(row["dropped"])]))
-    Console(width=None if sys.stdout.isatty() else 100_000).print(table)
+    from hpcwhirl.cli.tables import print_table
+
+    shown = [name for name in rows[0] if name not in HIDDEN]
+    columns = {name: np.array([row[name] for row in rows]) for name in shown}
+    for order in ("first", "total"):
+        columns[order] = np.array([_interval(row, order) for row in rows])
+    print_table(columns, dict.fromkeys(columns, ""), len(rows))
 
 
 def _interval(row: dict[str, Any], order: str) -> str:

@@ -16,16 +16,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.store.models.engine_file import COMPONENTS, Given, wrong_name
-
-if TYPE_CHECKING:
-    from hpcwhirl.store.models.engine_file import Given
-
 
 BY_POINT = "tip_station", "tip_angle", "tip_gap"
 BY_BLADE = (

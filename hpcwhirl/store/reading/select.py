@@ -132,15 +132,19 @@ def where(
     return np.asarray(both)
 
 
-def chosen(data: xarray.Dataset, settings: Sequence[str]) -> xarray.Dataset:
+def chosen(
+    data: xarray.Dataset, settings: Sequence[str], inputs: Iterable[str] | None = None
+) -> xarray.Dataset:
     """Return those cases of results that have the values in texts ``NAME=V``.
 
     Parameters
     ----------
     data : results from `open_results`
     settings : texts such as ``speed=410``
+    inputs : variables of the inputs that they may name; None: all swept ones
     """
-    mask = where(settings, {name: data[name].to_numpy() for name in swept_of(data)})
+    names = swept_of(data) if inputs is None else inputs
+    mask = where(settings, {name: data[name].to_numpy() for name in names})
     return data if mask is None else data.isel(case=np.flatnonzero(mask))
 
 
