@@ -91,6 +91,11 @@ def cases_told(count: int) -> str:
     return f"{count} case" if count == 1 else f"{count} cases"
 
 
+def twins_told(count: int) -> str:
+    """Return a number of twins as text, such as "1 twin" or "64 twins"."""
+    return f"{count} twin" if count == 1 else f"{count} twins"
+
+
 def one_line(text: str, most: int = LONGEST) -> str:
     """Return a text as one line of at most `most` characters, for a message.
 

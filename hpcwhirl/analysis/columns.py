@@ -105,7 +105,7 @@ def _texts(variable: xarray.DataArray) -> NDArray[np.object_]:
 def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.bool_]:
     """Return for each case whether a condition holds, (cases,).
 
-    It does not where a number that decides it is missing, as in a case without a result.
+    It does not where a number that decides it is missing, as without a result.
 
     text : the condition, such as "regime == divergent"
     source : variables of the results

@@ -285,11 +285,17 @@ def _failures(ending: Any) -> str:
 
     ending : how the campaign's run ended
     """
-    text = f"{ending.failed} of {cases_told(ending.cases)} failed"
+    of = f"of {cases_told(ending.cases)}"
+    alone = ending.failed - ending.of_twins
+    parts = [f"{alone} {of} failed"] if alone else []
+    if ending.of_twins:
+        parts.append(f"twins of {ending.of_twins} {of} have no result")
+    text = ", ".join(parts)
     if ending.missing:
         text += f", {ending.missing} of them without a row: the same command "
         text += "computes these"
-    return text + (f"; see `message` in {ending.results}" if ending.results else "")
+    where = f"; see `message` in {ending.results}" if alone and ending.results else ""
+    return text + where
 
 
 def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:

@@ -293,6 +293,16 @@ class Planner:
         """Whether each known case has twins, by what has ended so far, (rows,)."""
         return np.asarray((self._states[:, 1:] != UNWANTED).any(axis=1))
 
+    def count_twins(self) -> tuple[int, int, int]:
+        """Return the numbers of twins by what has ended so far.
+
+        These are the number of all, of those with a result, and of those without one.
+        """
+        state = self._states[:, 1:]
+        counts = (state != UNWANTED, state == DONE, state == FAILED)
+        all_of, done, failed = (int(one.sum()) for one in counts)
+        return all_of, done, failed
+
     def complete(self, job: Job, end: Completion) -> list[Job]:
         """Record how a job has ended; return the jobs to compute because of it.
 

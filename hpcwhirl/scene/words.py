@@ -216,8 +216,8 @@ MOTION_RULES = (
     # neighbouring motions diverge: the exponent is above zero with its interval, and
     # the walk of the 0-1 test diffuses
     Rule("chaotic", (
-        *MEASURED, "exponent - exponent_error > 0", "(exponent - exponent_error) * turn > calm",
-        "zero_one > diffuse")),
+        *MEASURED, "exponent - exponent_error > 0",
+        "(exponent - exponent_error) * turn > calm", "zero_one > diffuse")),
     # neighbouring motions stay together, and the section is a few points, or a curve
     Rule("periodic", (
         *MEASURED, "return_distance <= returns", "exponent * turn <= calm")),
