@@ -219,7 +219,7 @@ class _Report:
 
     def _done(self) -> str:
         """Return as text how many of the cases, and of their twins, have ended."""
-        twins, every = self.queue.twins, len(self.queue.rows)
+        twins, every = self.queue.twins, self.queue.known
         cases = f"{self.finished - self.twins} of {cases_told(every - twins)}"
         return f"{cases} and {self.twins} of {twins_told(twins)}" if twins else cases
 

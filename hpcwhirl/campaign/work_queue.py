@@ -192,6 +192,11 @@ class WorkQueue:
         return unit
 
     @property
+    def known(self) -> int:
+        """Number of all units known so far: ended, handed out or still to come."""
+        return len(self.rows)
+
+    @property
     def twins(self) -> int:
         """Number of units that compute a twin; in this class there are none."""
         return 0
@@ -341,6 +346,19 @@ class JobQueue(WorkQueue):
     def may_grow(self) -> bool:
         """Whether jobs that are being computed may lead to further jobs."""
         return self.left > 0 and not self.dropped and not self.planner.is_plain
+
+    @property
+    def known(self) -> int:
+        """Number of all jobs known so far, with those of branches that wait."""
+        return len(self.rows) + len(self.planner.waiting)
+
+    def seconds_left(self) -> float:
+        """Return the predicted time of all unfinished units on one core, s.
+
+        Cases of branches that wait for others are included.
+        """
+        waiting = self.costs.predict(self.planner.waiting)
+        return super().seconds_left() + float(waiting.sum())
 
     @property
     def twins(self) -> int:

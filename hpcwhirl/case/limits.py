@@ -316,8 +316,8 @@ def longest_turn(model: Model, scene: Scene) -> float:
         waves = max(waves, 0.5 * model.ring.elements)
     elif model.ring is not None:
         waves = max(waves, float(model.ring.harmonics))
-    turn = max(waves, 1.0) * abs(extremes(scene)[1])
-    return math.pi / turn if turn > 0.0 else math.inf
+    fastest = abs(extremes(scene)[1])  # times `waves` it might overflow
+    return math.pi / max(waves, 1.0) / fastest if fastest > 0.0 else math.inf
 
 
 def check_turn(model: Model, scene: Scene) -> None:

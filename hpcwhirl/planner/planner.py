@@ -262,13 +262,18 @@ class Planner:
         row, twin = np.nonzero(state >= 0)
         return Jobs(row, twin, state[row, twin].astype(np.int64))
 
+    @property
+    def waiting(self) -> Cases:
+        """The rows of the known cases that are not wanted yet."""
+        return np.flatnonzero(self._states[:, 0] == UNWANTED)
+
     def ahead(self) -> Jobs:
         """Return the jobs left, and the first job of each case that is not yet wanted.
 
         A case of a refined map is wanted only when the words of others ask for it; its
         first job is its computation as planned.
         """
-        left, waits = self.left(), np.flatnonzero(self._states[:, 0] == UNWANTED)
+        left, waits = self.left(), self.waiting
         none = np.zeros_like(waits)
         return Jobs(*map(np.append, left, (waits, none, none)))
 
