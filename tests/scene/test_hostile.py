@@ -331,3 +331,13 @@ def test_an_input_that_others_give_way_to_is_told_where_it_is_no_number(capsys):
     given = ["--set", "accuracy=much", "--set", "time_step=1e-6"]
     assert main(["model", "table2", *given]) == 2
     assert "accuracy must be a number, got 'much'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("speed", ["1e7", "-1e7", "1e308", "-1e308"])
+def test_a_limit_of_the_speed_is_one_that_the_speed_exceeds(speed, capsys):
+    assert main(["run", "--quiet", "--set", f"speed={speed}"]) == 2
+    told = capsys.readouterr().err
+    sign, limit = told.partition("speed must be ")[2].split()[:2]
+    assert sign == ("<" if float(speed) > 0 else ">")
+    assert 0 < float(limit) / float(speed) < 1
+    assert abs(float(limit)) == pytest.approx(157080, rel=1e-5)
