@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import errno
+import os
 import reprlib
 import sys
 import unicodedata
@@ -81,9 +82,10 @@ def unwritable(message: str, failed: OSError | int) -> MissingFileError:
 def unreadable(path: Path | str, failed: OSError) -> MissingFileError:
     """Return the exception to raise for an existing file that cannot be read.
 
-    failed : the exception of the operating system
+    failed : the exception of the operating system, or that of h5py with its number
     """
-    return MissingFileError(f"cannot read {path}: {failed.strerror or failed}")
+    why = os.strerror(failed.errno) if failed.errno else failed
+    return MissingFileError(f"cannot read {path}: {why}")
 
 
 def cases_told(count: int) -> str:

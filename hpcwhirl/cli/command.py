@@ -42,7 +42,7 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 LEAST_MEMORY = 400_000  # KiB of address space (ulimit -v); with 150,000, OpenBLAS may
 # try to allocate for ever without a message
 # commands that only print
-TELL = {"cases", "doctor", "inputs", "manual", "margin", "model", "status"}
+TELL = {"branches", "cases", "doctor", "inputs", "manual", "margin", "model", "status"}
 LAYOUT = {ord(c): " " for c in "\n\t\xa0"}  # white space allowed in arguments
 TOGETHER = ("campaign", "gather", "doctor")  # commands that all ranks run
 NO_MEMORY = ("failed to map segment", "cannot allocate memory", "out of memory")

@@ -21,7 +21,9 @@ from hpcwhirl.launch import parse_shard
 from hpcwhirl.scene.campaign_tables import walltime_seconds
 from hpcwhirl.scene.documents import parse_setting
 from hpcwhirl.scene.quantities import LEAVES
-from hpcwhirl.store.reading.results_file import count_statuses
+from hpcwhirl.store.directory.manifest import PlanFile
+from hpcwhirl.store.hdf5 import reading
+from hpcwhirl.store.reading.results_file import count_statuses, opened
 
 LONGEST = 2300  # characters of any message
 DIGITS = "9" * 5000
@@ -341,3 +343,24 @@ def test_a_limit_of_the_speed_is_one_that_the_speed_exceeds(speed, capsys):
     assert sign == ("<" if float(speed) > 0 else ">")
     assert 0 < float(limit) / float(speed) < 1
     assert abs(float(limit)) == pytest.approx(157080, rel=1e-5)
+
+
+def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path, monkeypatch):
+    """The tests may run as root, who may read all: the refusal is made up."""
+
+    def refuse(path, *_):
+        raise PermissionError(13, f"Unable to open\n {path}", str(path))
+
+    place = tmp_path / "results.h5"
+    place.write_bytes(b"")
+    monkeypatch.setattr("h5py.File", refuse)
+    monkeypatch.setattr("hpcwhirl.store.directory.manifest.read_regular", refuse)
+    with pytest.raises(MissingFileError, match=r"^cannot read .* Permission denied$"):
+        opened(place)
+    with (
+        pytest.raises(MissingFileError, match=r"^cannot read .* Permission denied$"),
+        reading(place),
+    ):
+        refuse(place)
+    with pytest.raises(MissingFileError, match=r"^cannot read .*: Permission denied$"):
+        PlanFile(tmp_path).read()

@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, MissingFileError, StoreError, shown
+from hpcwhirl.errors import InputError, MissingFileError, StoreError, shown, unreadable
 from hpcwhirl.refinement.rule import check_change
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene import Scene, apply_settings, input_names
@@ -135,6 +135,8 @@ class PlanFile:
         """
         try:
             text = read_regular(self.path)
+        except PermissionError as failed:
+            raise unreadable(self.path, failed) from None
         except OSError as failed:
             msg = f"{self.folder} is no campaign directory: {NAME}: {failed.strerror}"
             raise MissingFileError(msg) from None
