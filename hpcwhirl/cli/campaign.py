@@ -31,6 +31,7 @@ from hpcwhirl.errors import (
 )
 from hpcwhirl.launch import communicator
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
+from hpcwhirl.store.directory.manifest import NAME as PLAN
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.begin import Prepared
@@ -276,8 +277,10 @@ def _is_after(results: Path, paths: list[Path]) -> bool:
 
 def _tell_stopped(out: Directory | Path, reason: str) -> None:
     why = f": {reason}" if reason else ""
-    safe = f"finished cases are safe in {out}"
-    say(f"stopped early{why}; {safe}; the same command continues the campaign")
+    safe = (
+        f"; finished cases are safe in {out}; the same command continues the campaign"
+    )
+    say(f"stopped early{why}{safe if Path(str(out), PLAN).exists() else ''}")
 
 
 def _failures(ending: Any) -> str:
