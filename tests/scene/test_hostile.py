@@ -257,6 +257,12 @@ def test_who_has_read_enough_of_a_list_is_no_failure(finished, tmp_path):
     assert (tmp_path / "code").read_text() == "0\n"
 
 
+@pytest.mark.parametrize("words", ["--help", "--version", "import-model --example"])
+def test_who_has_read_enough_of_a_help_is_no_failure_either(words, tmp_path):
+    shell(f"(hpcwhirl {words}; echo $? >code) > >(exec true); wait", tmp_path)
+    assert (tmp_path / "code").read_text() == "0\n"
+
+
 def test_a_file_that_cannot_be_written_loses_no_words(tmp_path, monkeypatch, capsys):
     """A place that was writable as the run began, and is not when it ends."""
 
