@@ -89,9 +89,10 @@ def test_any_setting_is_taken_or_one_line(value):
         ("x = " + "[" * 5000, "nested deeper than 32"),
         ("x = " + "[" * 50 + "]" * 50, "nested deeper than 32"),
         ("a." * 300 + "b = 1", "nested deeper than 32"),
+        ("[ " + "a-1 . " * 200_000 + "b ]", "nested deeper than 32"),  # of no memory
         ('[scene]\n"\\u001b[2J" = 1', r"\x1b[2J"),
     ],
-    ids=["digits", "bits", "open", "lists", "tables", "control"],
+    ids=["digits", "bits", "open", "lists", "tables", "dots", "control"],
 )
 def test_what_no_scene_needs_is_told(tmp_path, text, why):
     (tmp_path / "c.toml").write_text(text)
