@@ -66,6 +66,7 @@ def run_command(words: Sequence[str], *, program: bool = False) -> int:
     """
     if program:
         stand_in()
+        os.environ["MPLBACKEND"] = "agg"  # no window is opened; a notebook sets others
     for name in THREADS:
         os.environ.setdefault(name, "1")
     try:

@@ -258,6 +258,12 @@ def test_who_has_read_enough_of_a_list_is_no_failure(finished, tmp_path):
     assert (tmp_path / "code").read_text() == "0\n"
 
 
+def test_pictures_are_drawn_whatever_the_backend_of_a_notebook(finished, tmp_path):
+    done = shell(f"MPLBACKEND=none hpcwhirl map {finished} --out m", tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "m/map.png").is_file()
+
+
 @pytest.mark.parametrize("words", ["--help", "--version", "import-model --example"])
 def test_who_has_read_enough_of_a_help_is_no_failure_either(words, tmp_path):
     shell(f"(hpcwhirl {words}; echo $? >code) > >(exec true); wait", tmp_path)
