@@ -162,7 +162,8 @@ class PlanFile:
             msg = f"{begun} by hpcwhirl {old.version}, this is {new.version}: {own}"
             raise InputError(msg)
         if not set(old.swept) <= set(new.swept):
-            msg = f"{self.folder} sweeps {', '.join(old.swept)}; this campaign sweeps "
+            were = ", ".join(old.swept)
+            msg = f"{begun} with a sweep over {were}; this campaign's is over "
             raise InputError(msg + f"{', '.join(new.swept) or 'nothing'}: {own}")
         own_kinds = [name for name in BEYOND if name in old.base]
         for name in dict.fromkeys([*new.base, *own_kinds]):
