@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import errno
+import os
 import reprlib
 import sys
 import unicodedata
@@ -81,14 +82,20 @@ def unwritable(message: str, failed: OSError | int) -> MissingFileError:
 def unreadable(path: Path | str, failed: OSError) -> MissingFileError:
     """Return the exception to raise for an existing file that cannot be read.
 
-    failed : the exception of the operating system
+    failed : the exception of the operating system, or that of h5py with its number
     """
-    return MissingFileError(f"cannot read {path}: {failed.strerror or failed}")
+    why = os.strerror(failed.errno) if failed.errno else failed
+    return MissingFileError(f"cannot read {path}: {why}")
 
 
 def cases_told(count: int) -> str:
     """Return a number of cases as text, such as "1 case" or "22 cases"."""
     return f"{count} case" if count == 1 else f"{count} cases"
+
+
+def twins_told(count: int) -> str:
+    """Return a number of twins as text, such as "1 twin" or "64 twins"."""
+    return f"{count} twin" if count == 1 else f"{count} twins"
 
 
 def one_line(text: str, most: int = LONGEST) -> str:

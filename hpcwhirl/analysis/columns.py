@@ -105,6 +105,8 @@ def _texts(variable: xarray.DataArray) -> NDArray[np.object_]:
 def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.bool_]:
     """Return for each case whether a condition holds, (cases,).
 
+    It does not where a number that decides it is missing, as without a result.
+
     text : the condition, such as "regime == divergent"
     source : variables of the results
     option : option with which the user wrote the condition, for messages
@@ -114,8 +116,8 @@ def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.b
     InputError
         if the text is no condition, or names an unknown variable
     """
-    holds = _evaluated(text, source, "truth", option)
-    return np.broadcast_to(np.asarray(holds, bool), source.cases).copy()
+    found = _evaluated(text, source, "truth", option)
+    return np.broadcast_to(np.asarray(found) == 1, source.cases).copy()
 
 
 def numbers(text: str, source: Source, option: str) -> NDArray[np.float64]:

@@ -8,8 +8,11 @@ cases (`cases --where`, and on the page) and the colours of maps (`map --colour`
     numbers, names, 'words'
 
 A name that is no variable is a word: ``regime == sustained``. Numbers are equal if they
-agree to nine digits. A condition used as a number is 1 or 0. A text is parsed
-into a program of steps; nothing is executed as code. The grammar:
+agree to nine digits. A condition used as a number is 1 or 0. A comparison with a number
+that is missing (NaN) is itself missing, NaN, neither true nor false, and remains so
+under ``not``; ``and`` is false if one side is false, ``or`` true if one side is true,
+whatever the other is (Kleene's three-valued logic). A text is parsed into a program of
+steps; nothing is executed as code. The grammar:
 
     either   = both {"or" both}
     both     = negated {"and" negated}
@@ -335,13 +338,44 @@ def is_text(value: Any) -> bool:
 
 
 def equal(a: Any, b: Any) -> Any:
-    """Return the value of a == b in a condition: a truth value, or an array of them.
+    """Return whether a equals b: a truth value, or an array of them.
 
     Words must be the same; numbers must agree to nine digits.
     """
     if is_text(a) or is_text(b):
         return a == b
     return np.equal(a, b) | (abs(a - b) <= SAME * abs(b)) & np.isfinite(b)
+
+
+def _select(condition: Any, one: Any, other: Any) -> Any:
+    """Return `one` where a condition holds, else `other`; a number for a truth value.
+
+    numpy.where does the same for arrays, but takes long for a single number.
+    """
+    if isinstance(condition, bool | np.bool_):
+        return one if condition else other
+    return np.where(condition, one, other)
+
+
+def _compared(holds: Callable[[Any, Any], Any], a: Any, b: Any) -> Any:
+    """Return the value of a comparison: 1 or 0; NaN where a number is missing.
+
+    holds : the comparison of two known operands
+    """
+    found = holds(a, b) * 1.0
+    if is_text(a) or is_text(b):
+        return found
+    return _select(np.isnan(a) | np.isnan(b), np.nan, found)
+
+
+def _either(a: Any, b: Any) -> Any:
+    """Return ``a or b``: 1 if one of both is, 0 if both are, else NaN."""
+    return _select((a == 1) | (b == 1), 1.0, a + b)
+
+
+def _both(a: Any, b: Any) -> Any:
+    """Return ``a and b``: 0 if one of both is, 1 if both are, else NaN."""
+    return _select((a == 0) | (b == 0), 0.0, a * b)
 
 
 ORDER: dict[str, Callable[[Any, Any], Any]] = {
@@ -351,8 +385,8 @@ ORDER: dict[str, Callable[[Any, Any], Any]] = {
 MEANING: dict[str, Callable[..., Any]] = {
     "+": operator.add, "-": operator.sub, "*": operator.mul, "/": _quotient,
     "negative": operator.neg,
-    "in": lambda a, *of: reduce(np.logical_or, [equal(a, b) for b in of]),
-    "not": np.logical_not, "and": np.logical_and, "or": np.logical_or,
+    "in": lambda a, *of: reduce(_either, [_compared(equal, a, b) for b in of]),
+    "not": lambda a: 1.0 - a, "and": _both, "or": _either,
     "abs": np.abs, "sqrt": np.sqrt, "exp": np.exp, "log": np.log, "log10": np.log10,
     "min": lambda *of: reduce(np.minimum, of),
     "max": lambda *of: reduce(np.maximum, of),
@@ -365,7 +399,9 @@ def names_in(program: Program) -> set[str]:
 
 
 def value_of(program: Program, known: Mapping[str, Any]) -> Any:
-    """Return the value of a condition or expression: number, truth, or array of either.
+    """Return the value of a condition or expression, a number or an array of numbers.
+
+    That of a condition is 1 or 0, or NaN where it is missing: see `holds`.
 
     Parameters
     ----------
@@ -391,7 +427,15 @@ def _apply(step: Step, parts: list[Any]) -> Any:
         return MEANING[step.does](*parts)
     signs = str(step.value).split()
     pairs = zip(signs, pairwise(parts), strict=True)
-    return reduce(np.logical_and, (ORDER[sign](*pair) for sign, pair in pairs))
+    return reduce(_both, (_compared(ORDER[sign], *pair) for sign, pair in pairs))
+
+
+def holds(program: Program, known: Mapping[str, Any]) -> Any:
+    """Return whether a condition is true: a truth value, or an array of them.
+
+    It is not where it is false or missing; program, known : as for `value_of`
+    """
+    return value_of(program, known) == 1
 
 
 @cache

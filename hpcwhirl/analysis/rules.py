@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.expression import asker, names_in, parse, value_of
+from hpcwhirl.analysis.expression import asker, holds, names_in, parse, value_of
 from hpcwhirl.scene.quantities import CHAOS
 from hpcwhirl.scene.words import DEFINED, MOTION_RULES, NO_REGIME, RULES, Rule
 
@@ -28,7 +28,7 @@ def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
     known : {name in the rules' conditions: its value in each case, (cases,)}
     """
     held = [
-        np.logical_and.reduce([value_of(parse(need), known) for need in rule.needs])
+        np.logical_and.reduce([holds(parse(need), known) for need in rule.needs])
         for rule in rules
     ]
     shape = np.broadcast_shapes(*map(np.shape, held))
@@ -43,7 +43,7 @@ def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
     """
     for rule in rules:
         for need in rule.needs:
-            if not asker(need)(known):
+            if not holds(parse(need), known):
                 break
         else:
             return rule.word

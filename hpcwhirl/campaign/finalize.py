@@ -51,9 +51,11 @@ class Ending:
     complete : whether all cases (of this shard) have ended and results are written,
         unless other shards are not complete
     cases : number of cases of the campaign
-    failed : number of cases without a result, for any reason: of the campaign when it
-        is complete, of this shard while other shards are not complete
+    failed : number of cases without a result, their own or that of a twin, for any
+        reason: of the campaign when it is complete, of this shard while other shards
+        are not complete
     missing : number of failed cases that have no record at all
+    of_twins : number of failed cases that have a result, but not all of their twins
     results : path of results.h5; None: there are no results yet
     reason : reason for an early stop
     gave_up : whether the run stopped after `max_fails` failures
@@ -72,6 +74,7 @@ class Ending:
     piloted: bool = False
     left: int = 0
     missing: int = 0
+    of_twins: int = 0
     lasting: bool = False
     gathered: bool = True
 
@@ -115,11 +118,14 @@ def conclude(
         _tell_budget(design, directory)
         _forget_the_dead(directory)
     failed, missing = cases - count.get("ok", 0), count.get("missing", 0)
+    of_twins = 0
     if planner is not None:
-        failed = max(failed, int((planner.open | planner.failed).sum()))
+        alone = planner.open | planner.failed_alone
+        failed = max(failed, int(alone.sum()))
+        of_twins = max(int((alone | planner.failed).sum()) - failed, 0)
     return Ending(
-        complete=True, cases=cases, failed=failed, results=directory.results,
-        missing=missing, gathered=fresh,
+        complete=True, cases=cases, failed=failed + of_twins, of_twins=of_twins,
+        results=directory.results, missing=missing, gathered=fresh,
     )  # fmt: skip
 
 

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.planner.planner import Completion
+from hpcwhirl.planner.planner import OK
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.table import listed
-from hpcwhirl.scene.words import NO_REGIME, REGIMES
+from hpcwhirl.scene.words import SHOWN, word_of
 from hpcwhirl.store.directory.campaign_directory import STOP, Directory
 from hpcwhirl.store.directory.completions import (
     SECONDS,
@@ -35,6 +35,7 @@ from hpcwhirl.store.directory.heartbeats import Note
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
+from hpcwhirl.store.reading.shares import words_of
 
 # A rank counts as gone if none of its cases ended within this multiple of the longest
 # computing time of a case, but at least within `LEAST_PATIENCE`, s.
@@ -82,12 +83,13 @@ class Progress:
     core_hours : kernel time spent, including cases computed twice, h
     core_hours_left : predicted kernel time of the cases left, h; None if unknown
     idle_for : time since the last case finished, s; None before the first
-    regimes : {regime: number of cases}
-    statuses : {status: number of ended cases}; outcomes without a regime count
-        separately
+    words : {word: number of ended cases}, as `cases` and maps show them
+    statuses : {status: number of ended cases}, as in results.h5
     running : what each rank computes now, the longest running first
     grows : whether refined cases may still be added
     dropped : number of cases left out because of a budget
+    twins : numbers of twins: of those that cases have so far, of those with a result,
+        and of those that ended without one
     """
 
     cases: int
@@ -102,11 +104,12 @@ class Progress:
     core_hours: float
     core_hours_left: float | None
     idle_for: float | None
-    regimes: dict[str, int]
+    words: dict[str, int]
     statuses: dict[str, int]
     running: list[Computing]
     grows: bool = False
     dropped: int = 0
+    twins: tuple[int, int, int] = (0, 0, 0)
 
 
 @dataclass(frozen=True)
@@ -158,15 +161,6 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
         float(work[timed].sum()),
         len(timed),
     )
-
-
-def status_of(end: Completion) -> str:
-    """Return the word by which `hpcwhirl status` counts an ended case.
-
-    It is "overloaded" or "unstable" for a case whose run ended with this outcome, for
-    which there is no regime; otherwise the case's status, such as "ok" or "failed".
-    """
-    return end.outcome if end.outcome in NO_REGIME else end.status
 
 
 def computing(
@@ -242,7 +236,8 @@ class Seen:
     workers : what each rank has computed, if its journal has times
     open : (cases,), whether a job of a case or of its twins is left
     without : number of cases without a result, or that failed in an extension
-    regimes, statuses : {word: number of cases}, see `Progress`
+    words, statuses : {word: number of cases}, see `Progress`
+    twins : numbers of twins, see `Progress`
     ends : {digest: s since 1970} of the ended cases that heartbeats name
     spent, longest : time of all computations, and of the longest one, s
     """
@@ -256,18 +251,22 @@ class Seen:
         self.manifest, self.work = manifest, predicted_work(manifest)
         self.workers: list[Worker] = []
         self.spent = self.longest = 0.0
-        status, regime, last = self._read(journals)
+        self.twins = 0, 0, 0
+        status, word, last = self._read(journals)
         if planner is None:  # each case is one job
             ended = Ended.nothing(manifest)
-            ended.over[:], ended.ok[:] = status != "", regime != ""
+            ended.over[:], ended.ok[:] = status != "", status == OK
             self.open = ended.planner().open
-            self.without = int(((regime == "") & ~self.open).sum())
-            self._count(status[~self.open].tolist(), regime[regime != ""].tolist())
+            over = ~self.open
+            self._count(status[over].tolist(), word[over].tolist())
+            self.without = int(((status != OK) & over).sum())
         else:
             self.open = planner.open[rows_of(manifest, planner)]
             self.without = int((planner.failed_alone & ~planner.open).sum())
-            done = [end.regime for end in planner.ends.values() if end.is_ok]
-            self._count(map(status_of, planner.ends.values()), done)
+            ends = planner.ends.values()
+            words = [word_of(end.status, end.outcome, end.regime) for end in ends]
+            self._count([end.status for end in ends], words)
+            self.twins = planner.count_twins()
         known = CaseIndex(manifest.digests)
         named = {digest for note in self.notes for digest in note.digests}
         cases = {name: known.find(name, -1) for name in named}
@@ -278,12 +277,12 @@ class Seen:
 
         Returns
         -------
-        status : (cases,), status, or outcome without a regime; "": not ended
-        regime : (cases,), "" if the case gave no result
+        status : (cases,), "": not ended
+        word : (cases,), as `words_of` says
         last : (cases,), end, s since 1970; -inf: not ended
         """
         count = len(self.work)
-        status, regime = (np.full(count, "", dtype=object) for _ in range(2))
+        status, word = (np.full(count, "", dtype=object) for _ in range(2))
         last = np.full(count, -np.inf)
         each = told_by(journals, self.manifest.digests)
         for _, parts in itertools.groupby(each, key=lambda pair: pair[0].journal):
@@ -291,14 +290,13 @@ class Seen:
             for rows, numbers in parts:
                 when, seconds = (rows.numbers(n, np.nan) for n in ("ended", SECONDS))
                 columns.append((numbers, when, np.nan_to_num(seconds)))
-                own, stated = numbers >= 0, rows.words("status")
-                outcome, regimes = rows.words("row.outcome"), rows.words("row.regime")
-                lost = np.logical_or.reduce([outcome == word for word in NO_REGIME])
-                status[numbers[own]] = np.where(lost, outcome, stated)[own]
-                regime[numbers[own]] = np.where(stated == "ok", regimes, "")[own]
+                own, names = numbers >= 0, ("status", "row.outcome", "row.regime")
+                stated, outcome, regimes = (rows.words(n).astype(str) for n in names)
+                status[numbers[own]] = stated[own]
+                word[numbers[own]] = words_of(stated, outcome, regimes)[own]
                 last[numbers[own]] = np.nan_to_num(when[own], nan=0.0)
             self._take(*map(np.concatenate, zip(*columns, strict=True)))
-        return status, regime, last
+        return status, word, last
 
     def _take(self, case: NDArray[np.int64], ended: Floats, seconds: Floats) -> None:
         """Add what the rank that wrote one journal has computed.
@@ -317,9 +315,9 @@ class Seen:
         self.spent += float(seconds.sum())
         self.longest = max(self.longest, float(seconds.max(initial=0.0)))
 
-    def _count(self, statuses: Iterable[str], regimes: Iterable[str]) -> None:
-        self.statuses, found = dict(Counter(statuses)), Counter(regimes)
-        self.regimes = {word: found[word] for word in REGIMES if word in found}
+    def _count(self, statuses: Iterable[str], words: Iterable[str]) -> None:
+        self.statuses, found = dict(Counter(statuses)), Counter(words)
+        self.words = {word: found[word] for word in SHOWN if word in found}
 
 
 def progress_of(directory: Directory, now: float | None = None) -> Progress:
@@ -358,11 +356,12 @@ def progress_of(directory: Directory, now: float | None = None) -> Progress:
         core_hours=spent / 3600,
         core_hours_left=left_work * spent / done_work / 3600 if done_work else None,
         idle_for=now - last if last else None,
-        regimes=seen.regimes,
+        words=seen.words,
         statuses=seen.statuses,
         running=at_it,
         grows=bool(manifest.refine) and left > 0,
         dropped=dropped_of(manifest),
+        twins=seen.twins,
     )
 
 

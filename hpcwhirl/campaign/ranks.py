@@ -22,7 +22,7 @@ from typing import Any
 
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.campaign.work_queue import Answers, Questions, WorkQueue
-from hpcwhirl.errors import MissingFileError, cases_told, say
+from hpcwhirl.errors import MissingFileError, cases_told, say, twins_told
 from hpcwhirl.launch import ALONE, Communicator
 from hpcwhirl.store.directory.runs import Runs, Share
 
@@ -296,7 +296,12 @@ class _Worker:
 
 
 def keep_shares(
-    runs: Runs, run: int, tally: Tally, comm: Communicator = ALONE, stopped: str = ""
+    runs: Runs,
+    run: int,
+    tally: Tally,
+    comm: Communicator = ALONE,
+    stopped: str = "",
+    twins: int = 0,
 ) -> None:
     """Write and print, on rank 0, how all ranks used their time in a run.
 
@@ -307,6 +312,7 @@ def keep_shares(
     tally : use of this rank's time
     comm : communicator of all ranks, each of which must call
     stopped : reason for an early stop of this rank; "": none
+    twins : on rank 0, number of twins among all ranks' computations
     """
     own = {"rank": comm.rank, "host": socket.gethostname(), "cases": tally.cases}
     own |= {"busy": tally.busy, "span": tally.span}
@@ -315,7 +321,7 @@ def keep_shares(
     gathered = comm.gather((own, stopped), root=0)
     if gathered is not None:
         shares = [share for share, _ in gathered]
-        say(told(shares))
+        say(told(shares, twins))
         try:
             why = next((why for _, why in gathered if why), "")
             runs.write(run, shares, why)
@@ -323,17 +329,20 @@ def keep_shares(
             say(f"the ranks' times were not kept: {full}")
 
 
-def told(shares: list[Share]) -> str:
+def told(shares: list[Share], twins: int = 0) -> str:
     """Return one line on a run: cases, time, cases per second, shares of busy time.
 
-    shares : use of time of each rank
+    shares, twins : use of time of each rank; number of their computations of twins
     """
     span = max(share["span"] for share in shares)
     busy = [share["busy"] / max(share["span"], 1e-9) for share in shares]
-    cases = sum(share["cases"] for share in shares)
+    every = sum(share["cases"] for share in shares)
+    cases, noun = cases_told(every - twins), "cases"
+    if twins:
+        cases, noun = f"{cases} and {twins_told(twins)}", "cases and twins"
     ranks = f"{len(shares)} rank{'s' if len(shares) > 1 else ''}"
     least = f"{min(busy):.3f} to {max(busy):.3f}" if len(busy) > 1 else f"{busy[0]:.3f}"
     return (
-        f"{cases_told(cases)} in {span:.1f} s on {ranks}: "
-        f"{cases / max(span, 1e-9):.3g} cases/s, busy fraction {least}"
+        f"{cases} in {span:.1f} s on {ranks}: "
+        f"{every / max(span, 1e-9):.3g} {noun}/s, busy fraction {least}"
     )

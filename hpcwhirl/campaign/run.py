@@ -26,7 +26,7 @@ from hpcwhirl.campaign.stop import PILOT_OVER, Stop, Stopping, Watchdog
 from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.campaign.work_queue import WorkQueue
 from hpcwhirl.campaign.worker_process import Child
-from hpcwhirl.errors import WhirlError, cases_told, say
+from hpcwhirl.errors import WhirlError, cases_told, say, twins_told
 from hpcwhirl.launch import (
     ALONE,
     Communicator,
@@ -141,7 +141,7 @@ def _computed(
         tally.beside, tally.first = evaluate.costs_beside()
         if work.jobs:
             why = "" if complete else stopping.reason
-            keep_shares(directory.runs, work.run, tally, comm, why)
+            keep_shares(directory.runs, work.run, tally, comm, why, report.twins)
     return work, complete, report.gave_up
 
 
@@ -177,7 +177,8 @@ def _begun(work: Work, design: Design, shard: Shard | None) -> str:
     already = f", {kept} already computed" if kept else ""
     alone = len(work.suspects)
     apart = f", {alone} isolated after two crashes" if alone else ""
-    return f"{cases_told(len(work.mine))}{so_far}{of}{already}{apart}"
+    twins = f", {design.twins.told}" if design.twins and work.jobs else ""
+    return f"{cases_told(len(work.mine))}{twins}{so_far}{of}{already}{apart}"
 
 
 class _Report:
@@ -188,7 +189,7 @@ class _Report:
 
     def __init__(self, queue: WorkQueue, most: int | None, stopping: Stopping) -> None:
         self.queue, self.most, self.stopping = queue, most, stopping
-        self.finished = self.failed = 0
+        self.finished = self.failed = self.twins = 0
         self.start = self.last = time.monotonic()
 
     @property
@@ -196,24 +197,31 @@ class _Report:
         """Whether the run stops because `max_fails` cases have failed in it."""
         return self.most is not None and self.failed >= self.most
 
-    def __call__(self, _unit: int, end: Completion) -> None:
+    def __call__(self, unit: int, end: Completion) -> None:
         self.finished += 1
+        self.twins += self.queue.is_twin(unit)
         self.failed += not end.is_ok
         if self.gave_up:
-            self.stopping.ask(f"{cases_told(self.failed)} without a result")
+            noun = "cases or twins" if self.queue.twins else "cases"
+            self.stopping.ask(f"{self.failed} {noun} without a result")
         now = time.monotonic()
         spent = now - self.start
         every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)
         if now - self.last < every and self.queue.left:
             return
-        total = len(self.queue.rows)
         self.last = now
         left = self.queue.seconds_left() / self.queue.ranks
         bad = f", {self.failed} failed" if self.failed else ""
-        rate = f"{3600 * self.finished / max(spent, 1e-9):.4g} cases/h"
+        noun = "cases and twins" if self.queue.twins else "cases"
+        rate = f"{3600 * self.finished / max(spent, 1e-9):.4g} {noun}/h"
         so_far = " so far" if self.queue.may_grow else ""
-        progress = f"{self.finished} of {cases_told(total)}{so_far}{bad}, {rate}"
-        say(f"{progress}, {duration_text(left)} left")
+        say(f"{self._done()}{so_far}{bad}, {rate}, {duration_text(left)} left")
+
+    def _done(self) -> str:
+        """Return as text how many of the cases, and of their twins, have ended."""
+        twins, every = self.queue.twins, self.queue.known
+        cases = f"{self.finished - self.twins} of {cases_told(every - twins)}"
+        return f"{cases} and {self.twins} of {twins_told(twins)}" if twins else cases
 
 
 @dataclass

@@ -191,6 +191,20 @@ class WorkQueue:
         """
         return unit
 
+    @property
+    def known(self) -> int:
+        """Number of all units known so far: ended, handed out or still to come."""
+        return len(self.rows)
+
+    @property
+    def twins(self) -> int:
+        """Number of units that compute a twin; in this class there are none."""
+        return 0
+
+    def is_twin(self, unit: int) -> bool:  # noqa: ARG002 - a subclass uses it
+        """Return whether a unit computes a twin; in this class none does."""
+        return False
+
     def hear(self, unit: int, end: Any) -> None:
         """Do nothing: in this class no units follow from how others have ended."""
 
@@ -332,6 +346,28 @@ class JobQueue(WorkQueue):
     def may_grow(self) -> bool:
         """Whether jobs that are being computed may lead to further jobs."""
         return self.left > 0 and not self.dropped and not self.planner.is_plain
+
+    @property
+    def known(self) -> int:
+        """Number of all jobs known so far, with those of branches that wait."""
+        return len(self.rows) + len(self.planner.waiting)
+
+    def seconds_left(self) -> float:
+        """Return the predicted time of all unfinished units on one core, s.
+
+        Cases of branches that wait for others are included.
+        """
+        waiting = self.costs.predict(self.planner.waiting)
+        return super().seconds_left() + float(waiting.sum())
+
+    @property
+    def twins(self) -> int:
+        """Number of units that compute a twin."""
+        return int(np.count_nonzero(np.frombuffer(self.twin, np.int16)))
+
+    def is_twin(self, unit: int) -> bool:
+        """Return whether a unit computes a twin; unit : its number."""
+        return self.twin[unit] > 0
 
     def job(self, unit: int) -> Job:
         """Return the job of a unit: case, twin and stage."""

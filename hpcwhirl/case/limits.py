@@ -89,6 +89,15 @@ def check_points(model: Model, scene: Scene) -> None:
         )
 
 
+def _short_of(most: float, speed: float, equal: str = "") -> str:
+    """Return the limit that a speed exceeds as text: "< 800 rad/s" or "> -800 rad/s".
+
+    most, speed, equal : largest magnitude, rad/s; the speed; "=" if it may be reached
+    """
+    sign, least = ("<", most) if speed > 0 else (">", -most)
+    return f"{sign}{equal} {least:.6g} rad/s"
+
+
 def check_rotation(model: Model, scene: Scene) -> None:
     """Raise InputError if softening leaves blades without stiffness at the speed.
 
@@ -103,8 +112,8 @@ def check_rotation(model: Model, scene: Scene) -> None:
     _, fastest = extremes(scene)
     if not abs(fastest) < most:
         raise InputError(
-            f"speed must be < {most:.6g} rad/s with rotation full: a wave of the blades"
-            f" has no stiffness left beyond it, got {fastest:.6g}"
+            f"speed must be {_short_of(most, fastest)} with rotation full: a wave of "
+            f"the blades has no stiffness left beyond it, got {fastest:.6g}"
         )
 
 
@@ -316,8 +325,8 @@ def longest_turn(model: Model, scene: Scene) -> float:
         waves = max(waves, 0.5 * model.ring.elements)
     elif model.ring is not None:
         waves = max(waves, float(model.ring.harmonics))
-    turn = max(waves, 1.0) * abs(extremes(scene)[1])
-    return math.pi / turn if turn > 0.0 else math.inf
+    fastest = abs(extremes(scene)[1])  # times `waves` it might overflow
+    return math.pi / max(waves, 1.0) / fastest if fastest > 0.0 else math.inf
 
 
 def check_turn(model: Model, scene: Scene) -> None:
@@ -327,8 +336,8 @@ def check_turn(model: Model, scene: Scene) -> None:
         fastest = extremes(scene)[1]
         most = abs(fastest) * longest / step
         raise InputError(
-            f"speed must be < {most:.6g} rad/s with this time_step (a blade would pass "
-            f"half the casing's shortest wave in a step), got {fastest:.6g}"
+            f"speed must be {_short_of(most, fastest)} with this time_step (a blade "
+            f"would pass half the casing's shortest wave in a step), got {fastest:.6g}"
         )
 
 
@@ -345,10 +354,10 @@ def check_layer(scene: Scene) -> None:
     longest, step = longest_over_layer(scene), scene.solver.time_step
     if not step <= longest:
         fastest = extremes(scene)[1]
+        limit = _short_of(abs(fastest) * longest / step, fastest, "=")
         raise InputError(
-            f"speed must be <= {abs(fastest) * longest / step:.6g} rad/s with this "
-            "time_step (a tip would move by more than layer_edge in a step), got "
-            f"{fastest:.6g}"
+            f"speed must be {limit} with this time_step (a tip would move by more than "
+            f"layer_edge in a step), got {fastest:.6g}"
         )
 
 

@@ -180,7 +180,8 @@ def _depth(shape: Shape) -> float:
     spacing = 2 * math.pi / AROUND
     lowest = float(departure(shape, spacing * np.arange(float(AROUND))).min())
     sizes = np.hypot(shape.cosine, shape.sine)
-    bent = float((shape.orders.astype(float) ** 2 * sizes).sum())
+    with np.errstate(over="ignore"):  # a huge shape is refused by its depth
+        bent = float((shape.orders.astype(float) ** 2 * sizes).sum())
     return max(0.0, bent * spacing**2 / 8 - lowest)
 
 

@@ -8,7 +8,7 @@ from functools import cached_property
 from hpcwhirl.case.limits import check_limits, step_asked
 from hpcwhirl.case.plan import Marched, Plan, lean_of, plan_of
 from hpcwhirl.case.rotation_choice import with_rotation
-from hpcwhirl.case.speed import check_tables, law_of
+from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.truncation import with_truncation
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
@@ -143,7 +143,6 @@ class Case:
 
     def check(self) -> None:
         """Raise InputError, naming the limit, if the scene cannot be integrated."""
-        check_tables(self.given)
         check_limits(self.model, self.scene)
 
 

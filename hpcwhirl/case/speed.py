@@ -353,19 +353,6 @@ def check_change(scene: Scene, model: Model) -> None:
         )
 
 
-def check_tables(scene: Scene) -> None:
-    """Raise InputError if speed_table or gap_table does not begin at `speed` or `gap`.
-
-    scene : the scene as the user gave it
-    """
-    for name in ("speed", "gap"):
-        table, value = getattr(scene, f"{name}_table"), getattr(scene, name)
-        first = kept_rows(table)[0][1] if table else value
-        if value != first:
-            msg = f"{name} must be {first!r}, the first of {name}_table, got {value!r}"
-            raise InputError(msg)
-
-
 def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
     slowest, fastest = extremes(scene)
     if not slowest * fastest > STANDS * fastest**2:

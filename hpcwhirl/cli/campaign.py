@@ -31,6 +31,7 @@ from hpcwhirl.errors import (
 )
 from hpcwhirl.launch import communicator
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
+from hpcwhirl.store.directory.manifest import NAME as PLAN
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.begin import Prepared
@@ -276,8 +277,10 @@ def _is_after(results: Path, paths: list[Path]) -> bool:
 
 def _tell_stopped(out: Directory | Path, reason: str) -> None:
     why = f": {reason}" if reason else ""
-    safe = f"finished cases are safe in {out}"
-    say(f"stopped early{why}; {safe}; the same command continues the campaign")
+    safe = (
+        f"; finished cases are safe in {out}; the same command continues the campaign"
+    )
+    say(f"stopped early{why}{safe if Path(str(out), PLAN).exists() else ''}")
 
 
 def _failures(ending: Any) -> str:
@@ -285,11 +288,17 @@ def _failures(ending: Any) -> str:
 
     ending : how the campaign's run ended
     """
-    text = f"{ending.failed} of {cases_told(ending.cases)} failed"
+    of = f"of {cases_told(ending.cases)}"
+    alone = ending.failed - ending.of_twins
+    parts = [f"{alone} {of} failed"] if alone else []
+    if ending.of_twins:
+        parts.append(f"twins of {ending.of_twins} {of} have no result")
+    text = ", ".join(parts)
     if ending.missing:
         text += f", {ending.missing} of them without a row: the same command "
         text += "computes these"
-    return text + (f"; see `message` in {ending.results}" if ending.results else "")
+    where = f"; see `message` in {ending.results}" if alone and ending.results else ""
+    return text + where
 
 
 def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,11 @@ from hpcwhirl.analysis.rules import motions_by_table, words_by_table
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, add_take_over, print_json
 from hpcwhirl.errors import InputError, say, unknown
+from hpcwhirl.planner.planner import OK
+from hpcwhirl.scene.words import word_of
+
+Words = tuple[str, ...]
+Changes = Mapping[tuple[Words, Words], int]
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,6 +71,7 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.report.map.maps import refresh
     from hpcwhirl.store.directory.campaign_directory import Directory
     from hpcwhirl.store.directory.owner import Asking
+    from hpcwhirl.store.reading.results_file import count_statuses
     from hpcwhirl.store.results.relabel import relabel
 
     words = thresholds_of(args.settings)
@@ -78,24 +85,8 @@ def run(args: argparse.Namespace) -> int:
         return *found, motions_by_table(found[1], numbers, words)
 
     changes = relabel(directory, named, words, asking)
-    regimes, whirls = Counter[str](), Counter[str]()
-    moved, turned, motions = Counter[str](), Counter[str](), Counter[str]()
-    for (old, new), count in changes.items():
-        regimes[new[1]] += count
-        whirls[new[2]] += count
-        moved[f"{old[1]} -> {new[1]}"] += count * (old[1] != new[1])
-        turned[f"{old[2]} -> {new[2]}"] += count * (old[2] != new[2])
-        for was, now in zip(old[3:], new[3:], strict=True):
-            motions[now] += count
-            turned[f"{was} -> {now}"] += count * (was != now)
-    facts = {
-        "cases": changes.total(),
-        "regimes": dict(regimes),
-        "whirls": dict(whirls),
-        **({"motions": dict(motions)} if motions else {}),
-        "changed": dict(moved + turned),
-        "thresholds": words,
-    }
+    facts = _facts(changes, count_statuses(directory.results))
+    facts["thresholds"] = words
     drawn, stale = refresh(directory, changed=any(o != n for o, n in changes))
     facts["drawn again"] = [str(path) for path in drawn]
     for line in stale:
@@ -104,5 +95,42 @@ def run(args: argparse.Namespace) -> int:
         print_json(facts)
         return 0
     for name, value in facts.items():
-        print(f"{name}: {value}")
+        print(f"{name}: {_told(value)}")
     return 0
+
+
+def _facts(changes: Changes, statuses: Mapping[str, int]) -> dict[str, Any]:
+    """Return numbers of cases by their new words, and of those that have changed.
+
+    Parameters
+    ----------
+    changes : {(old words, new words): number of cases}, of the cases with a result
+    statuses : {status: number of cases}; cases without a result keep their word
+    """
+    counts, whirls, motions = (Counter[str]() for _ in range(3))
+    moved, turned = Counter[str](), Counter[str]()
+    for (old, new), count in changes.items():
+        was, now = (word_of(OK, outcome, regime) for outcome, regime, *_ in (old, new))
+        counts[now] += count
+        whirls[new[2]] += count
+        moved[f"{was} -> {now}"] += count * (was != now)
+        turned[f"{old[2]} -> {new[2]}"] += count * (old[2] != new[2])
+        for before, after in zip(old[3:], new[3:], strict=True):
+            motions[after] += count
+            turned[f"{before} -> {after}"] += count * (before != after)
+    for status, count in statuses.items():
+        counts[word_of(status, "none", "none")] += count * (status != OK)
+    return {
+        "cases": sum(statuses.values()),
+        "words": dict(+counts),
+        "whirls": dict(whirls),
+        **({"motions": dict(motions)} if motions else {}),
+        "changed": dict(moved + turned),
+    }
+
+
+def _told(value: Any) -> str:
+    """Return a fact as text: the entries of a table or list are joined by commas."""
+    if isinstance(value, dict):
+        value = [f"{name} {number}" for name, number in value.items()]
+    return (", ".join(value) or "none") if isinstance(value, list) else str(value)

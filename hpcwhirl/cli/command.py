@@ -44,7 +44,8 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 LEAST_MEMORY = 400_000  # KiB of address space (ulimit -v); with 150,000, OpenBLAS may
 # try to allocate for ever without a message
 # commands that only print
-TELL = {"cases", "doctor", "inputs", "manual", "margin", "model", "status"}
+TELL = {"branches", "cases", "doctor", "inputs", "manual", "margin", "model", "status"}
+TELLING = {"-h", "--help", "--version", "--dry-run", "--example"}  # so do these options
 LAYOUT = {ord(c): " " for c in "\n\t\xa0"}  # white space allowed in arguments
 TOGETHER = ("campaign", "gather", "doctor")  # commands that all ranks run
 NO_MEMORY = ("failed to map segment", "cannot allocate memory", "out of memory")
@@ -67,6 +68,7 @@ def run_command(words: Sequence[str], *, program: bool = False) -> int:
     """
     if program:
         stand_in()
+        os.environ["MPLBACKEND"] = "agg"  # no window is opened; a notebook sets others
     for name in THREADS:
         os.environ.setdefault(name, "1")
     try:
@@ -132,11 +134,11 @@ def code_of(failed: BaseException) -> int:
 def _unread(words: Sequence[str]) -> int:
     """Return the exit code if the reader of stdout has closed the pipe, as `head` does.
 
-    It is 0 for a command that only prints, 1 for others.
+    It is 0 for a command that only prints, also by an option, 1 for others.
 
     words : name of the command, and its arguments
     """
-    return COMPLETE if {*words[:1]} <= TELL else FAILED
+    return COMPLETE if {*words[:1]} <= TELL or {*words} & TELLING else FAILED
 
 
 def tell_error(failed: BaseException | str) -> None:

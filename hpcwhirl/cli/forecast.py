@@ -115,7 +115,8 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
     rest = f", {cost.left} left" if cost.left < cost.cases else ""
     cases = cases_told(cost.cases)
     over = f" over {', '.join(design.swept)}" if design.swept else ""
-    lines = [f"{cases}{over}{rest}"]
+    twins = f", {design.twins.told}" if design.twins else ""
+    lines = [f"{cases}{over}{twins}{rest}"]
     if design.grows:
         lines.append(_more(cost, design))
     low, high = cost.range

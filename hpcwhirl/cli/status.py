@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
         beside = {"stale": _stale(directory), "twins_told": _twins(directory.results)}
         print_json(asdict(found) | beside)
         return 0
-    beside = {"twins": _twins(directory.results), "stale": _stale(directory)}
+    beside = {"credibility": _twins(directory.results), "stale": _stale(directory)}
     told = {name: text for name, text in beside.items() if text}
     for name, value in (_shown(found) | told).items():
         print(f"{name}: {legible(str(value))}")
@@ -134,6 +134,8 @@ def _shown(found: Progress) -> dict[str, str]:
     out = {n: str(getattr(found, n)) for n in ("cases", "done", "failed", "left")}
     if found.grows:
         out["cases"] += " wanted so far"
+    if any(found.twins):
+        out["twins"] = _twins_told(found)
     if found.dropped:
         out["left out by the budget"] = f"{found.dropped} or more"
     if found.statuses.keys() - {"ok"}:
@@ -142,12 +144,23 @@ def _shown(found: Progress) -> dict[str, str]:
         at_it = any(not one.died for one in found.running)
         out["stopping" if at_it else "stopped"] = found.stopped
     out |= _pace(found)
-    out["regimes"] = _counts(found.regimes) or ("none yet" if found.left else "none")
+    out["words"] = _counts(found.words) or ("none yet" if found.left else "none")
     for name, died in (("running", False), ("left by processes that died", True)):
         ranks = [one for one in found.running if one.died == died]
         if ranks:
             out[name] = _ranks(ranks)
     return out
+
+
+def _twins_told(found: Progress) -> str:
+    """Return as text how many twins a campaign's cases have, and how many have ended.
+
+    found : progress of the campaign
+    """
+    count, done, failed = found.twins
+    so_far = " wanted so far" if found.left else ""
+    bad = f", {failed} failed" if failed else ""
+    return f"{count}{so_far}, {done} done{bad}"
 
 
 def _pace(found: Progress) -> dict[str, str]:
@@ -160,7 +173,8 @@ def _pace(found: Progress) -> dict[str, str]:
     out = {}
     if found.rate is not None and found.left:
         out["ranks with recent results"] = str(found.ranks)
-        out["rate"] = f"{found.rate:.4g} cases/h"
+        noun = "cases and twins" if any(found.twins) else "cases"
+        out["rate"] = f"{found.rate:.4g} {noun}/h"
     if found.eta is not None and found.left:
         out["left at this rate"] = duration_text(found.eta)
     if found.kernel_share is not None:
@@ -206,6 +220,8 @@ def _line(found: Progress, *, as_json: bool) -> str:
     shown = _shown(found)
     so_far = " so far" if found.grows else ""
     done = f"{found.done} of {cases_told(found.cases)}{so_far}"
+    if any(found.twins):
+        done += f", {found.twins[1]} of {found.twins[0]} twins"
     bad = [f"{found.failed} failed"] if found.failed else []
     names = (
         "rate", "left at this rate", "in the kernel", "last case finished", "stopping",

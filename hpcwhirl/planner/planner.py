@@ -262,13 +262,18 @@ class Planner:
         row, twin = np.nonzero(state >= 0)
         return Jobs(row, twin, state[row, twin].astype(np.int64))
 
+    @property
+    def waiting(self) -> Cases:
+        """The rows of the known cases that are not wanted yet."""
+        return np.flatnonzero(self._states[:, 0] == UNWANTED)
+
     def ahead(self) -> Jobs:
         """Return the jobs left, and the first job of each case that is not yet wanted.
 
         A case of a refined map is wanted only when the words of others ask for it; its
         first job is its computation as planned.
         """
-        left, waits = self.left(), np.flatnonzero(self._states[:, 0] == UNWANTED)
+        left, waits = self.left(), self.waiting
         none = np.zeros_like(waits)
         return Jobs(*map(np.append, left, (waits, none, none)))
 
@@ -292,6 +297,16 @@ class Planner:
     def twinned(self) -> NDArray[np.bool_]:
         """Whether each known case has twins, by what has ended so far, (rows,)."""
         return np.asarray((self._states[:, 1:] != UNWANTED).any(axis=1))
+
+    def count_twins(self) -> tuple[int, int, int]:
+        """Return the numbers of twins by what has ended so far.
+
+        These are the number of all, of those with a result, and of those without one.
+        """
+        state = self._states[:, 1:]
+        counts = (state != UNWANTED, state == DONE, state == FAILED)
+        all_of, done, failed = (int(one.sum()) for one in counts)
+        return all_of, done, failed
 
     def complete(self, job: Job, end: Completion) -> list[Job]:
         """Record how a job has ended; return the jobs to compute because of it.

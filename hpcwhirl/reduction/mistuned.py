@@ -13,11 +13,11 @@ import numpy as np
 from scipy.linalg import eigh
 
 from hpcwhirl.arrays import Floats, Indices, Integers
-from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.cyclic_coordinates import diameter_shares, diameters, dominant
 from hpcwhirl.reduction.modes import (
     ModalModel,
     Spin,
+    check_modes,
     highest_of,
     reduction_basis,
     speed_of_basis,
@@ -162,10 +162,7 @@ def _basis(
     boundary : (b,), indices of the DoF kept, tips and centre
     eta, rotation, near : parameters of `whole_model`
     """
-    most = len(structure.mass) - len(boundary)
-    if eta > most:
-        msg = f"modes must be <= {most} (all fixed-interface modes), got {eta}"
-        raise InputError(msg)
+    check_modes(eta, len(structure.mass) - len(boundary), structure.sectors)
     taut = None
     if rotation is not None:
         squared = _reference_speed(structure) ** 2

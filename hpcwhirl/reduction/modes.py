@@ -303,6 +303,17 @@ def _fixed_frequencies(structure: CyclicStructure) -> dict[int, Floats]:
     return out
 
 
+def check_modes(eta: int, most: int, blades: int) -> None:
+    """Raise InputError if a rotor has fewer fixed-interface modes than are asked for.
+
+    eta, most, blades : number of modes asked for, and of those there are; N
+    """
+    if eta > most:
+        of = "1 blade has" if blades == 1 else f"{blades} blades have"
+        msg = f"modes must be <= {most}, got {eta}: {of} {most} fixed-interface modes"
+        raise InputError(f"{msg}; set `modes` together with `blades`")
+
+
 def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
     """Distribute `eta` fixed-interface modes over nodal diameters, {k: its number}.
 
@@ -310,10 +321,7 @@ def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
     equal frequency that `eta` would split is left out, to preserve the symmetry.
     """
     inner = structure.sector_size - len(structure.boundary)
-    most = inner * structure.sectors
-    if eta > most:
-        msg = f"modes must be <= {most} (all fixed-interface modes), got {eta}"
-        raise InputError(msg)
+    check_modes(eta, inner * structure.sectors, structure.sectors)
     listed = [
         (omega, k)
         for k, values in _fixed_frequencies(structure).items()

@@ -47,6 +47,8 @@ from hpcwhirl.scene.table_model import anchored
 DESIGN_TABLES = (*KEYS, *TABLES)  # only in campaign files
 WIDEST = 1000  # largest number of bits of a whole number, so that it fits a float
 DEEPEST = 32  # deepest nesting of tables and lists
+# a name with so many dots that a parser would need memory for the square of them
+DOTTED = re.compile(rf"^[ \t\[]*(?:[\w-]+[ \t]*\.[ \t]*){{{DEEPEST}}}", re.MULTILINE)
 
 
 def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:
@@ -170,6 +172,8 @@ def parsed_toml(text: str) -> dict[str, Any]:
         in one line, if it is no TOML, is nested too deeply, or has a too large number
     """
     try:
+        if DOTTED.search(text):
+            raise RecursionError  # noqa: TRY301 - as where the parser gives up
         document = tomllib.loads(text)
         depth, inside = 0, [document]
         while inside:

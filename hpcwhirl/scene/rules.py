@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 from hpcwhirl.errors import shown
 from hpcwhirl.scene.contact_laws import RIGID, is_known, refused, rods_around
+from hpcwhirl.scene.kept_tables import kept_rows
 from hpcwhirl.scene.schemes import STEPWISE, TURNING, either
 
 AS_THE_REST = -1.0  # value of a damping ratio for "the ratio of the other modes"
@@ -271,6 +272,33 @@ OF_ENGINE = (
         lambda kind, file: (kind != "file") | (file != ""),
         lambda *_: "file must be named where casing.discretization is file, got none"),
 )
+
+
+def _first_of(table: Any) -> Any:
+    """Return the value with which a table over time begins; nan: there is no table.
+
+    table : the kept text of a table, or (cases,)
+    """
+    if isinstance(table, str):
+        return kept_rows(table)[0][1] if table else math.nan
+    import numpy as np  # not needed for a single scene
+
+    first = {text: _first_of(text) for text in set(table.tolist())}
+    return np.array([first[text] for text in table.tolist()])
+
+
+def _begins_at(name: str) -> Rule:
+    """Return the rule that an input is the value with which its table begins.
+
+    name : "speed" or "gap"
+    """
+    return Rule((name, f"{name}_table"),
+        lambda value, table: (table == "") | (_first_of(table) == value),
+        lambda value, table:
+            f"{name} must be {_first_of(table)!r}, the first of {name}_table, got "
+            f"{value!r}")  # fmt: skip
+
+
 OF_SCENE = (
     must_be(0, "revolutions", STEADY_TOLD),
     must_be(0, "output.chaos", STILL_TOLD),
@@ -288,6 +316,8 @@ OF_SCENE = (
     must_be("end", "solver.until", STEADY, got=str),
     must_be(0, "acceleration", Unless("with a speed_table", SPEED[1:], _is(""))),
     must_be(0, "gap_closure", Unless("with a gap_table", ("gap_table",), _is(""))),
+    _begins_at("speed"),
+    _begins_at("gap"),
     _scheme_of(STEPWISE, STILL),
     _scheme_of(STEPWISE, Unless("where a casing is let go (profile_release)",
         ("engine.casing.profile_release",), _is(0.0))),

@@ -207,21 +207,22 @@ RULES = {
         Rule("mixed"),
     ),
 }
+# Not so if measured over too short a time, or if the measurement ended at a limit: one
+# of both is then missing, and the motion untold.
+MEASURED = ("exponent_error >= 0", "zero_one <= 1")
 # Rules for `motion`, if output.chaos > 0; `turn` is the time of a revolution, s.
 MOTION_RULES = (
     Rule("none", ("regime != 'sustained'",)),
-    # measured over too short a time, or ended at a limit
-    Rule("untold", ("not (exponent_error >= 0)",)),
-    Rule("untold", ("not (zero_one <= 1)",)),
     # neighbouring motions diverge: the exponent is above zero with its interval, and
     # the walk of the 0-1 test diffuses
     Rule("chaotic", (
-        "exponent - exponent_error > 0", "(exponent - exponent_error) * turn > calm",
-        "zero_one > diffuse")),
+        *MEASURED, "exponent - exponent_error > 0",
+        "(exponent - exponent_error) * turn > calm", "zero_one > diffuse")),
     # neighbouring motions stay together, and the section is a few points, or a curve
-    Rule("periodic", ("return_distance <= returns", "exponent * turn <= calm")),
+    Rule("periodic", (
+        *MEASURED, "return_distance <= returns", "exponent * turn <= calm")),
     Rule("quasi-periodic", (
-        "zero_one < bounded", "exponent * turn <= calm",
+        *MEASURED, "zero_one < bounded", "exponent * turn <= calm",
         "(exponent + exponent_error) * turn >= -calm",
         "exponent_error * turn <= sharp")),
     Rule("untold"),

@@ -26,6 +26,7 @@ from hpcwhirl.errors import (
     StoreError,
     WhirlError,
     unknown,
+    unreadable,
     unwritable,
 )
 from hpcwhirl.scene.quantities import ARRAYS, AXES
@@ -112,13 +113,15 @@ def reading(path: Path) -> Iterator[None]:
 
     Raises
     ------
-    StoreError
-        naming the file
+    StoreError, MissingFileError
+        naming the file; the latter if the user may not read it
     """
     try:
         yield
     except WhirlError:
         raise
+    except PermissionError as failed:
+        raise unreadable(path, failed) from None
     except DAMAGE as failed:
         said = str(failed).splitlines()
         why = said[0] if said else type(failed).__name__

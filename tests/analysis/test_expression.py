@@ -13,7 +13,14 @@ import numpy as np
 import pytest
 
 from hpcwhirl.analysis.columns import Source, matching
-from hpcwhirl.analysis.expression import FUNCTIONS, MEANING, asker, parse, value_of
+from hpcwhirl.analysis.expression import (
+    FUNCTIONS,
+    MEANING,
+    asker,
+    holds,
+    parse,
+    value_of,
+)
 from hpcwhirl.analysis.rules import as_data
 from hpcwhirl.errors import InputError
 
@@ -41,6 +48,11 @@ TEXTS = [
     "1 2", "'a", "1.2.3", "0x10", "1_000", "1j", "a.b.c", "a[0]", "lambda: 1", "a; b",
     "1" * 310, "1e309", "(" * 30 + "1" + ")" * 30, "(" * 31 + "1" + ")" * 31,
     "abs(" * 31 + "1" + ")" * 31, "-" * 1999 + "1", "1" + " " * 2000, "é == 'ü'", "$",
+    "not late_lost > 0", "not (late_lost > 0 and speed > 1)", "not late_lost != 5",
+    "late_lost > 0 or speed > 1", "late_lost > 0 and speed < 1",
+    "not not gap / gap > 0",
+    "late_lost in (1, 0)", "late_lost not in (1, 0)", "1 < speed < late_lost",
+    "speed * (late_lost > 0)", "log(gap) > 0 or regime == none", "not log(gap) > 0",
     "toString(1)", "constructor", "__proto__ == 1",
 ]  # fmt: skip
 PAGE = """
@@ -91,8 +103,8 @@ def in_python(text):
 
 
 def agree(a, b):
-    if isinstance(a, bool) or isinstance(b, bool):
-        return a is b
+    if isinstance(b, bool):
+        return a == b  # Python has 1 and 0
     if isinstance(a, str) and isinstance(b, str) and a == b:
         return True
     b = float(b.replace("Infinity", "inf")) if isinstance(b, str) else b
@@ -151,6 +163,38 @@ def test_every_rule_is_a_condition_over_numbers_and_the_word_of_stop():
                 assert matching(need, source).shape == (3,)
 
 
+TRUTHS = {"yes": "1 < 2", "no": "1 > 2", "missing": "x > 2"}
+NEGATED = {"yes": "no", "no": "yes", "missing": "missing"}
+
+
+def truth_of(text):
+    """Return which of TRUTHS a condition over a number x that is missing is."""
+    value = float(asker(text)({"x": math.nan}))
+    return {1.0: "yes", 0.0: "no"}.get(value, "missing")
+
+
+@pytest.mark.parametrize("a", TRUTHS)
+@pytest.mark.parametrize("b", TRUTHS)
+def test_what_is_missing_stays_so_unless_the_other_side_decides(a, b):
+    """Kleene's logic: the least of both is `and`, the largest `or`."""
+    order = ["no", "missing", "yes"]
+    both = sorted([a, b], key=order.index)
+    assert truth_of(f"{TRUTHS[a]} and {TRUTHS[b]}") == both[0]
+    assert truth_of(f"{TRUTHS[a]} or {TRUTHS[b]}") == both[1]
+    assert truth_of(f"not ({TRUTHS[a]})") == NEGATED[a]
+    one, other = (f"({TRUTHS[each]})" for each in (a, b))  # De Morgan's law
+    assert truth_of(f"not ({one} and {other})") == truth_of(f"not {one} or not {other}")
+
+
+def test_no_case_without_a_number_is_selected_by_a_condition_or_its_opposite():
+    rate = np.array([-1.0, 0.0, 2.0, math.nan])
+    source = Source(str, {"rate": rate}.__getitem__, {}, 4)
+    for text in ("rate > 0", "rate == 2", "rate in (2, 3)", "0 <= rate < 3"):
+        once, other = (matching(t, source) for t in (text, f"not ({text})"))
+        assert (once | other).tolist() == [True, True, True, False]
+        assert not (once & other).any()
+
+
 @pytest.mark.parametrize(
     ("text", "known", "gives"),
     [
@@ -160,11 +204,12 @@ def test_every_rule_is_a_condition_over_numbers_and_the_word_of_stop():
         ("a == b", {"a": 3.0, "b": math.inf}, False),
         ("a == b", {"a": math.inf, "b": math.inf}, True),
         ("a == b", {"a": math.nan, "b": math.nan}, False),
+        ("a != b", {"a": math.nan, "b": 1.0}, False),
     ],
 )
 def test_numbers_are_equal_to_nine_digits(text, known, gives):
     with np.errstate(all="ignore"):
-        assert bool(asker(text)(known)) is gives
+        assert bool(holds(parse(text), known)) is gives
 
 
 def test_a_step_has_the_text_that_it_completes():

@@ -236,7 +236,7 @@ def test_status_reads_no_results_file(alone, tmp_path):
     (tmp_path / "out/results.h5").write_text("not HDF5")
     found = status(tmp_path / "out")
     assert (found["cases"], found["done"], found["left"]) == (6, 6, 0)
-    assert sum(found["regimes"].values()) == 6
+    assert sum(found["words"].values()) == 6
 
 
 @pytest.mark.parametrize(("gap", "told"), [(0.05, True), (1e-4, False)])

@@ -139,11 +139,11 @@ def test_progress_counts_what_is_still_to_go_on(tmp_path):
     assert progress_of(Directory(tmp_path)).left == 0
     prepare(design_of(FIRST), Directory(tmp_path), 0.8)
     before = progress_of(Directory(tmp_path))
-    assert before.left == before.regimes["undecided"] > 0
+    assert before.left == before.words["undecided"] > 0
     run(tmp_path)
     after = progress_of(Directory(tmp_path))
     assert after.left == 0
-    assert after.regimes["undecided"] < before.regimes["undecided"]
+    assert after.words["undecided"] < before.words["undecided"]
 
 
 def test_states_are_left_of_what_is_undecided_alone(tmp_path):
@@ -189,7 +189,7 @@ def test_a_dry_run_tells_what_the_extension_costs(tmp_path, capsys):
     words = ("--extend", "undecided", "--to", "0.8", "--json", "--dry-run")
     assert main(["campaign", str(tmp_path), *words]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["left"] == progress_of(Directory(tmp_path)).regimes["undecided"]
+    assert told["left"] == progress_of(Directory(tmp_path)).words["undecided"]
     # from 0.1 s to 0.2 s at least, to 0.8 s at most
     assert told["core_hours_most"] == pytest.approx(7 * told["core_hours"], rel=1e-2)
     assert PlanFile(tmp_path).read().extended == []

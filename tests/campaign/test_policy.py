@@ -165,7 +165,7 @@ def test_a_campaign_may_get_more_cases_and_inputs_to_sweep(run, tmp_path):
     assert statuses(out) == ["ok"] * 4
     code, err = run(SHORT + "sweep = {speed = [410], friction = [0.2, 0.3]}")
     assert code == 2
-    assert "sweeps" in err
+    assert "a sweep over" in err
     text = "sweep = {speed = [300], gap = [1.28e-4], friction = [0.2, 0.3, 0.4, 0.5]}"
     code, err = run(SHORT + text)
     assert code == 2

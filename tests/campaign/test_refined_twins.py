@@ -113,7 +113,7 @@ def test_a_sample_of_cases_between_alike_ones_has_twins(even, tmp_path):
 def test_credibility_is_told_by_status_map_and_page(even, tmp_path, capsys):
     line = str(hpcwhirl.credibility(hpcwhirl.open_results(even)))
     assert main(["status", str(even)]) == 0
-    assert f"twins: {line}" in capsys.readouterr().out.splitlines()
+    assert f"credibility: {line}" in capsys.readouterr().out.splitlines()
     title = drawing_of(even / "results.h5", Wish()).figure.get_suptitle()
     assert line in " ".join(title.split())
     page = write_page(Directory(even), tmp_path / "page.html").read_text()

@@ -288,7 +288,7 @@ def test_a_twin_that_fails_is_told_and_counts_for_nothing(tmp_path, monkeypatch)
         design_of({n: t for n, t in FIRST.items() if n != "twins"}), Directory(tmp_path)
     )
     ending = run_campaign(design, Directory(tmp_path), policy=late)
-    assert ending.failed == 3
+    assert (ending.failed, ending.of_twins) == (3, 3)
     data = hpcwhirl.open_results(tmp_path)
     assert (hpcwhirl.words(data.status) == "ok").all()
     assert data.twin_count.values.tolist() == [0, 0, 0]
@@ -433,3 +433,35 @@ def test_a_relative_spread_about_zero_is_refused(tables):
         design_of({"sweep": {"speed": [300.0]}, **tables, "twins": twins})
     with pytest.raises(InputError, match="must be a number >= 1e-12"):
         design_of({"twins": {"spread": {"gap": 1e-17}}})
+
+
+def test_every_place_tells_the_same_numbers_of_cases_and_twins(tmp_path, capsys, facts):
+    folder = tmp_path / "out"
+    run(folder)
+    told = capsys.readouterr().err
+    assert "hpcwhirl: 3 cases, 3 twins for each case\n" in told
+    assert "hpcwhirl: 3 of 3 cases and 9 of 9 twins, " in told
+    assert "hpcwhirl: 3 cases and 9 twins in " in told
+    found = facts("status", str(folder), "--json")
+    assert (found["cases"], found["done"], found["twins"]) == (3, 3, [9, 9, 0])
+    rows = [row["word"] for row in facts("cases", str(folder), "--json")["cases"]]
+    assert found["words"] == {word: rows.count(word) for word in set(rows)}
+    assert main(["status", str(folder)]) == 0
+    assert "\ntwins: 9, 9 done\n" in capsys.readouterr().out
+
+
+def test_a_campaign_whose_twins_alone_fail_says_so(tmp_path, capsys, monkeypatch):
+    import tomli_w
+
+    even_slices(monkeypatch)  # a case of one slice is never late
+    folder, file = tmp_path / "out", tmp_path / "c.toml"
+    without = {n: t for n, t in FIRST.items() if n != "twins"}
+    file.write_text(tomli_w.dumps(without))
+    assert main(["campaign", str(file), "--out", str(folder), "--map", "no"]) == 0
+    file.write_text(tomli_w.dumps(FIRST | {"output": FIRST["output"]}))
+    words = ["campaign", str(file), "--out", str(folder), "--map", "no"]
+    assert main([*words, "--case-limit", "1e-9"]) == 1
+    told = capsys.readouterr().err
+    assert "hpcwhirl: twins of 3 of 3 cases have no result\n" in told
+    assert main(["status", str(folder)]) == 0
+    assert "failed: 0\nleft: 0\ntwins: 9, 0 done, 9 failed\n" in capsys.readouterr().out

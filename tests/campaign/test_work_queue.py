@@ -10,8 +10,10 @@ from launch import script
 from hpcwhirl.campaign.plan.cost import Costs, costs_of
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.ranks import Tally, map_ranks, told
-from hpcwhirl.campaign.work_queue import MOST, Order, Questions, WorkQueue
+from hpcwhirl.campaign.work_queue import MOST, JobQueue, Order, Questions, WorkQueue
 from hpcwhirl.launch import ALONE
+from hpcwhirl.planner.kinds import Chains
+from hpcwhirl.planner.planner import JobCode, Planner, completion_of
 
 GRID = {
     "scene": {"duration": 1.0},
@@ -248,3 +250,16 @@ def test_units_that_are_to_go_last_go_last_however_long():
     assert queue.take() == 18
     queue.finished(18, 1.0)
     assert handed_out(queue)[-2:] == [19, 3]
+
+
+def test_cases_of_a_branch_that_wait_are_counted_from_the_start():
+    chain = Planner(Chains([-1, 0, 1, -1]))
+    code = JobCode(4, 0)
+    queue = JobQueue(chain, chain.left(), code, known(np.full(4, 2.0)))
+    assert (len(queue.rows), queue.known) == (2, 4)
+    assert queue.seconds_left() == pytest.approx(8.0)
+    unit = queue.take()
+    queue.finished(unit, 2.0)
+    queue.hear(unit, completion_of({"status": "failed"}))
+    assert queue.known == 4
+    assert queue.seconds_left() == pytest.approx(6.0)

@@ -103,3 +103,7 @@ def test_a_wrong_table_is_told_in_one_line(table, told):
         shaped(table)
     assert "\n" not in str(failed.value)
     assert "profile" in str(failed.value)
+
+
+def test_a_shape_beyond_all_numbers_has_a_depth_without_a_warning():
+    assert shape_of(shaped("harmonic,amplitude,phase;2,1e308,0")).depth == math.inf

@@ -5,6 +5,7 @@ import shutil
 import tomllib
 
 import h5py
+import made_up
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -278,7 +279,10 @@ def test_classify_renames_without_integrating_and_keeps_its_thresholds(
     strict = ("--set", "ledger=0", "--set", "drift=0.25")
     found = facts("classify", str(copy), "--json", *strict)
     after = open_results(copy)
-    assert found["regimes"] == found["whirls"] == {"none": 2}
+    assert (found["words"], found["whirls"]) == ({"unstable": 2}, {"none": 2})
+    rows = facts("cases", str(copy), "--json")["cases"]
+    assert [row["word"] for row in rows] == ["unstable"] * 2
+    assert sum(n for told, n in found["changed"].items() if "unstable" in told) == 2
     assert list(words(after["outcome"])) == ["unstable", "unstable"]
     assert (after.attrs["threshold_ledger"], after.attrs["threshold_drift"]) == (
         0,
@@ -295,7 +299,9 @@ def test_classify_renames_without_integrating_and_keeps_its_thresholds(
 def test_classify_without_json_says_what_there_is(copy, capsys):
     assert main(["classify", str(copy)]) == 0
     out = capsys.readouterr().out
-    assert all(f"{name}: " in out for name in ("cases", "regimes", "thresholds"))
+    assert all(f"{name}: " in out for name in ("cases", "words", "thresholds"))
+    assert "changed: none\n" in out
+    assert "ledger 1e-06, " in out
 
 
 @pytest.fixture
@@ -437,3 +443,17 @@ def test_every_mode_stands_in_one_row_of_the_folded_table():
         ("casing", "1F", "4", "15.000", "0.000", ""),
     ]
     assert spans_of([0, 2, 3, 4, 9]) == "0, 2 to 4, 9"
+
+
+def test_classify_counts_cases_by_the_words_that_cases_shows(facts, tmp_path):
+    folder = tmp_path / "out"
+    speeds = [float(speed) for speed in range(300, 340)]
+    made_up.campaign(folder, {"sweep": {"speed": speeds}})
+    with h5py.File(folder / "results.h5", "r+") as file:
+        file["status"][:3] = [1, 2, 3]  # failed, missing, timeout
+    found = facts("classify", str(folder), "--json")
+    rows = facts("cases", str(folder), "--json")["cases"]
+    told = [row["word"] for row in rows]
+    assert found["words"] == {word: told.count(word) for word in set(told)}
+    assert (found["cases"], told.count("failed"), told.count("missing")) == (40, 2, 1)
+    assert {"overloaded", "unstable", "damped"} <= set(told)

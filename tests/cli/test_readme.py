@@ -11,8 +11,13 @@ from pathlib import Path
 import made_up
 import pytest
 
+from hpcwhirl.analysis.expression import parse
 from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.cli import COMMANDS, main
+from hpcwhirl.cli.classify import thresholds_of
+from hpcwhirl.cli.options import parsed
+from hpcwhirl.report.figures.kinds import KINDS
+from hpcwhirl.scene import Scene, apply_settings
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted(ROOT.glob("hpcwhirl/manual/*.md"))]
@@ -51,11 +56,29 @@ def quoted_commands():
     return sorted({match[0] for match in found if match})
 
 
-def options_of(command):
-    parser = argparse.ArgumentParser()
+def parser_of(command):
+    parser = argparse.ArgumentParser(prog=command, exit_on_error=False)
     module = importlib.import_module(f"hpcwhirl.cli.{command.replace('-', '_')}")
     module.arguments(parser)
-    return set(parser._option_string_actions)
+    return parser
+
+
+PATTERN = "[…"  # signs of a line that is no command as it stands
+PLACEHOLDERS = {"speed=OMEGA": "speed=1"}
+
+
+def check_settings(command, given):
+    """Raise an error if a command line names no input, threshold, figure or number."""
+    settings = [PLACEHOLDERS.get(text, text) for text in getattr(given, "settings", ())]
+    if command == "classify":
+        thresholds_of(settings)
+    else:
+        apply_settings(Scene(), parsed(settings))
+    parse(getattr(given, "where", None) or "1")
+    for name in getattr(given, "kind", None) or ():
+        assert name in KINDS
+    if command == "inputs" and given.name:
+        assert main(["inputs", given.name]) == 0
 
 
 def test_the_front_page_is_read_in_five_minutes():
@@ -118,7 +141,10 @@ def test_a_command_quoted_exists_with_its_options(line):
     if words[1] == "manual" and words[2:]:
         assert f"{words[2].lower()}.md" in {*TEXTS, "page.md"}
     given = {word for word in words[2:] if re.fullmatch(r"--[a-z][a-z-]*", word)}
-    assert given <= options_of(words[1])
+    parser = parser_of(words[1])
+    assert given <= set(parser._option_string_actions)
+    if words[2:] and "--help" not in words and not set(PATTERN) & set(line):
+        check_settings(words[1], parser.parse_args(words[2:]))
 
 
 READING = ("cases", "classify", "figures", "map", "report", "status")

@@ -58,7 +58,7 @@ def folder(tmp_path):
 def test_counts_are_those_of_the_journals(folder):
     found = progress_of(Directory(folder), BEGUN + 90.0)
     assert (found.cases, found.done, found.failed, found.left) == (6, 2, 1, 3)
-    assert found.regimes == {"damped": 2}
+    assert found.words == {"damped": 2, "failed": 1}
     assert found.idle_for == pytest.approx(10.0)
     assert found.ranks == 2
 
@@ -115,22 +115,24 @@ def test_status_tells_in_words_what_it_tells_in_json(folder, capsys, facts):
 
 
 @pytest.mark.parametrize("extended", [[], [9.0]], ids=["plain", "extended"])
-def test_cases_are_counted_by_status_and_unstable_ones_apart(folder, extended, capsys):
+def test_cases_are_counted_by_status_and_by_word_as_in_results(
+    folder, extended, capsys
+):
     PlanFile(folder).write(replace(PLAN, extended=extended))
-    unstable = record(5, 60.0, 1.0)
-    unstable["row"] = {"regime": "none", "outcome": "unstable"}
+    overloaded = record(5, 60.0, 1.0)
+    overloaded["row"] = {"regime": "none", "outcome": "overloaded"}
     with Journal(Journals(folder), 2, 0) as journal:
         journal.append(record(3, 50.0, 1.0, "timeout"), {})
         journal.append(record(4, 55.0, 1.0, "crashed"), {})
-        journal.append(unstable, {})
+        journal.append(overloaded, {})
     found = progress_of(Directory(folder), BEGUN + 90.0)
-    assert found.statuses == {
-        "ok": 2, "failed": 1, "timeout": 1, "crashed": 1, "unstable": 1
-    }  # fmt: skip
+    assert found.statuses == {"ok": 3, "failed": 1, "timeout": 1, "crashed": 1}
+    assert found.words == {"damped": 2, "overloaded": 1, "failed": 3}
     assert (found.done, found.failed, found.left) == (3, 3, 0)
     assert main(["status", str(folder)]) == 0
     told = capsys.readouterr().out
-    assert "statuses: crashed 1, failed 1, ok 2, timeout 1, unstable 1\n" in told
+    assert "statuses: crashed 1, failed 1, ok 3, timeout 1\n" in told
+    assert "words: damped 2, failed 3, overloaded 1\n" in told
     assert "none" not in told
 
 

@@ -96,8 +96,10 @@ def test_a_pair_is_never_split():
 
 
 def test_more_modes_than_there_are_is_refused():
-    with pytest.raises(InputError, match="modes must be <="):
+    with pytest.raises(InputError, match="modes must be <= 93, got 10000: 3 blades "):
         share_out(bladed_disk(Rotor(blades=3)), 10_000)
+    with pytest.raises(InputError, match=r"1 blade has 31 .* together with `blades`"):
+        share_out(bladed_disk(Rotor(blades=1)), 110)
 
 
 def test_a_mode_moves_the_tips_as_its_nodal_diameter_says():

@@ -167,7 +167,7 @@ def test_a_third_input_becomes_panels(made):
 def test_words_of_the_picture_are_those_of_status(campaign):
     code, folder = campaign("sweep = {speed = [300, 350, 410], gap = [1e-4, 2e-4]}")
     assert code == 0
-    assert in_artists(drawn(folder).figure) == progress_of(Directory(folder)).regimes
+    assert in_artists(drawn(folder).figure) == progress_of(Directory(folder)).words
 
 
 def test_both_files_are_written_and_told(made, tmp_path, capsys):

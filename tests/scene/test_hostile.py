@@ -21,7 +21,9 @@ from hpcwhirl.launch import parse_shard
 from hpcwhirl.scene.campaign_tables import walltime_seconds
 from hpcwhirl.scene.documents import parse_setting
 from hpcwhirl.scene.quantities import LEAVES
-from hpcwhirl.store.reading.results_file import count_statuses
+from hpcwhirl.store.directory.manifest import PlanFile
+from hpcwhirl.store.hdf5 import reading
+from hpcwhirl.store.reading.results_file import count_statuses, opened
 
 LONGEST = 2300  # characters of any message
 DIGITS = "9" * 5000
@@ -87,9 +89,10 @@ def test_any_setting_is_taken_or_one_line(value):
         ("x = " + "[" * 5000, "nested deeper than 32"),
         ("x = " + "[" * 50 + "]" * 50, "nested deeper than 32"),
         ("a." * 300 + "b = 1", "nested deeper than 32"),
+        ("[ " + "a-1 . " * 200_000 + "b ]", "nested deeper than 32"),  # of no memory
         ('[scene]\n"\\u001b[2J" = 1', r"\x1b[2J"),
     ],
-    ids=["digits", "bits", "open", "lists", "tables", "control"],
+    ids=["digits", "bits", "open", "lists", "tables", "dots", "control"],
 )
 def test_what_no_scene_needs_is_told(tmp_path, text, why):
     (tmp_path / "c.toml").write_text(text)
@@ -255,6 +258,18 @@ def test_who_has_read_enough_of_a_list_is_no_failure(finished, tmp_path):
     assert (tmp_path / "code").read_text() == "0\n"
 
 
+def test_pictures_are_drawn_whatever_the_backend_of_a_notebook(finished, tmp_path):
+    done = shell(f"MPLBACKEND=none hpcwhirl map {finished} --out m", tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "m/map.png").is_file()
+
+
+@pytest.mark.parametrize("words", ["--help", "--version", "import-model --example"])
+def test_who_has_read_enough_of_a_help_is_no_failure_either(words, tmp_path):
+    shell(f"(hpcwhirl {words}; echo $? >code) > >(exec true); wait", tmp_path)
+    assert (tmp_path / "code").read_text() == "0\n"
+
+
 def test_a_file_that_cannot_be_written_loses_no_words(tmp_path, monkeypatch, capsys):
     """A place that was writable as the run began, and is not when it ends."""
 
@@ -331,3 +346,34 @@ def test_an_input_that_others_give_way_to_is_told_where_it_is_no_number(capsys):
     given = ["--set", "accuracy=much", "--set", "time_step=1e-6"]
     assert main(["model", "table2", *given]) == 2
     assert "accuracy must be a number, got 'much'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("speed", ["1e7", "-1e7", "1e308", "-1e308"])
+def test_a_limit_of_the_speed_is_one_that_the_speed_exceeds(speed, capsys):
+    assert main(["run", "--quiet", "--set", f"speed={speed}"]) == 2
+    told = capsys.readouterr().err
+    sign, limit = told.partition("speed must be ")[2].split()[:2]
+    assert sign == ("<" if float(speed) > 0 else ">")
+    assert 0 < float(limit) / float(speed) < 1
+    assert abs(float(limit)) == pytest.approx(157080, rel=1e-5)
+
+
+def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path, monkeypatch):
+    """The tests may run as root, who may read all: the refusal is made up."""
+
+    def refuse(path, *_):
+        raise PermissionError(13, f"Unable to open\n {path}", str(path))
+
+    place = tmp_path / "results.h5"
+    place.write_bytes(b"")
+    monkeypatch.setattr("h5py.File", refuse)
+    monkeypatch.setattr("hpcwhirl.store.directory.manifest.read_regular", refuse)
+    with pytest.raises(MissingFileError, match=r"^cannot read .* Permission denied$"):
+        opened(place)
+    with (
+        pytest.raises(MissingFileError, match=r"^cannot read .* Permission denied$"),
+        reading(place),
+    ):
+        refuse(place)
+    with pytest.raises(MissingFileError, match=r"^cannot read .*: Permission denied$"):
+        PlanFile(tmp_path).read()

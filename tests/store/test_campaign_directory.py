@@ -2,10 +2,14 @@
 
 import os
 
+import pytest
+from journals import plan_of
 from specimen import begin
 
+from hpcwhirl.errors import InputError
 from hpcwhirl.store.atomic import part_of
 from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.manifest import PlanFile
 
 
 def test_what_is_half_written_is_removed_once_it_is_old(tmp_path):
@@ -34,3 +38,13 @@ def test_a_directory_put_aside_is_the_same_campaign_elsewhere(tmp_path):
     assert aside.path == tmp_path / "out.1"
     assert not directory.path.exists()
     assert (aside.plan.read(), aside.journals.newest()) == (plan, records)
+
+
+def test_another_sweep_is_refused_in_the_words_of_the_page_of_questions(tmp_path):
+    plan = plan_of({}, ["speed"], [{"speed": 1.0}])
+    other = plan_of({}, ["gap"], [{"gap": 1.0}])
+    told = (
+        r"was begun with a sweep over speed; this campaign's is over gap: use another"
+    )
+    with pytest.raises(InputError, match=told):
+        PlanFile(tmp_path).check_same(plan, other)

@@ -34,7 +34,7 @@ from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.cli import main
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import InputError, MissingFileError, StoreError
 from hpcwhirl.store.atomic import part_of, replacing, sweep, write_whole
 from hpcwhirl.store.directory import heartbeats, owner
 from hpcwhirl.store.directory.campaign_directory import Directory
@@ -559,3 +559,17 @@ def test_two_campaigns_at_once_compute_each_case_once(tmp_path):
         *range(12)
     ]
     assert not (tmp_path / "out/owners").exists()
+
+
+def test_a_directory_that_was_moved_is_not_told_as_taken_over(tmp_path, monkeypatch):
+    monkeypatch.setattr(owner, "PULSE", 0.05)
+    folder, told = tmp_path / "out", []
+    claim = Claims(folder).make("campaign")
+    with claim:
+        claim.when_lost = told.append
+        (folder / "campaign.json").write_text("")
+        folder.rename(tmp_path / "moved")
+        with pytest.raises(StoreError, match=r"out was moved or removed while this"):
+            claim.check()
+        claim._thread.join(10.0)
+    assert told == [f"{folder} was moved or removed while this process used it"]

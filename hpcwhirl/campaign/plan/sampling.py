@@ -36,6 +36,7 @@ from hpcwhirl.scene.laws import drawn
 from hpcwhirl.scene.swept import MOST_CASES
 from hpcwhirl.scene.table import Axis, Table, listed
 from hpcwhirl.store.directory.manifest import SAMPLE
+from hpcwhirl.store.reading.shares import WHICH
 from hpcwhirl.store.results.sampled import TUNED
 
 BLADES = "engine.rotor.blades"
@@ -207,6 +208,12 @@ class Twins(TwinsTable):
     def is_late(self) -> bool:
         """Whether twins are given to cases only after all regimes are known."""
         return self.of in LATE
+
+    @property
+    def told(self) -> str:
+        """Which cases have how many twins, as text for messages."""
+        which = "case" if self.of == "all" else f"of the {WHICH[self.of]}"
+        return f"{self.count} twins for each {which}"
 
     def scene(self, scene: Scene, content: str, number: int) -> Scene:
         """Return the scene of one twin of a case; a twin keeps no traces.

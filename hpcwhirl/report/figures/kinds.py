@@ -203,8 +203,9 @@ def _lacking(results: Results, kind: Kind) -> str:
     lacking = [name for name in kind.needs if name not in results.kept]
     if not lacking:
         return ""
-    if len(lacking) == 1 and lacking[0] in SPECIAL and "tips" in results.kept:
-        return SPECIAL[lacking[0]]
+    if len(lacking) == 1 and lacking[0] in SPECIAL:
+        full = "" if "tips" in results.kept else "; and traces = full"
+        return SPECIAL[lacking[0]] + full
     level = _level(lacking)
     return f"needs traces = {level}; the campaign did not keep {', '.join(lacking)}"
 

@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, MissingFileError, StoreError, shown
+from hpcwhirl.errors import InputError, MissingFileError, StoreError, shown, unreadable
 from hpcwhirl.refinement.rule import check_change
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene import Scene, apply_settings, input_names
@@ -135,6 +135,8 @@ class PlanFile:
         """
         try:
             text = read_regular(self.path)
+        except PermissionError as failed:
+            raise unreadable(self.path, failed) from None
         except OSError as failed:
             msg = f"{self.folder} is no campaign directory: {NAME}: {failed.strerror}"
             raise MissingFileError(msg) from None
@@ -160,7 +162,8 @@ class PlanFile:
             msg = f"{begun} by hpcwhirl {old.version}, this is {new.version}: {own}"
             raise InputError(msg)
         if not set(old.swept) <= set(new.swept):
-            msg = f"{self.folder} sweeps {', '.join(old.swept)}; this campaign sweeps "
+            were = ", ".join(old.swept)
+            msg = f"{begun} with a sweep over {were}; this campaign's is over "
             raise InputError(msg + f"{', '.join(new.swept) or 'nothing'}: {own}")
         own_kinds = [name for name in BEYOND if name in old.base]
         for name in dict.fromkeys([*new.base, *own_kinds]):

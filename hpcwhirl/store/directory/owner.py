@@ -33,6 +33,7 @@ from typing import Any
 from hpcwhirl.errors import InputError, MissingFileError, StoreError, unreadable
 from hpcwhirl.store.atomic import NEW, Check, Say, make_folders, telling
 from hpcwhirl.store.directory.heartbeats import begun, is_alive, machine
+from hpcwhirl.store.directory.manifest import NAME as PLAN
 
 CAMPAIGN, RESULTS = "campaign", "results"
 NAME = re.compile(r"(campaign|results|shard-\d+-of-\d+)\.([0-9a-f]{32})\.claim")
@@ -181,15 +182,21 @@ class Claim(AbstractContextManager["Claim"]):
         return self.path.exists()
 
     def check(self) -> None:
-        """Raise StoreError if another process has taken over the directory.
+        """Raise StoreError if another process has taken over, or moved, the directory.
 
         It is called before a file is published. A process that was suspended for longer
         than `STALE` does not know that it has lost the directory. Only the time between
         two system calls is not protected.
         """
         if not self.held:
-            msg = f"nothing is written in {self.claims.folder}: another process has "
-            raise StoreError(msg + "taken over meanwhile")
+            raise StoreError(f"nothing is written: {self._why_lost()}")
+
+    def _why_lost(self) -> str:
+        """Return as text why the claim's file is gone."""
+        folder = self.claims.folder
+        if self.claims.place.exists() or (folder / PLAN).exists():
+            return f"another process has taken over {folder}"
+        return f"{folder} was moved or removed while this process used it"
 
     def release(self) -> None:
         """Free the directory for other processes: remove the file of the claim."""
@@ -214,7 +221,7 @@ class Claim(AbstractContextManager["Claim"]):
                 os.utime(self.path)
             except FileNotFoundError:
                 if not self._end.is_set():
-                    self.when_lost(f"another run has taken over {self.claims.folder}")
+                    self.when_lost(self._why_lost())
                 return
             except OSError:  # the file server does not answer: try again later
                 continue

@@ -13,7 +13,14 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import InputError, MissingFileError, StoreError, legible, shown
+from hpcwhirl.errors import (
+    InputError,
+    MissingFileError,
+    StoreError,
+    legible,
+    shown,
+    unreadable,
+)
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.quantities import (
@@ -60,7 +67,7 @@ def opened(path: Path) -> h5py.File:
     Raises
     ------
     MissingFileError, StoreError
-        where the file does not exist, or is damaged
+        where the file does not exist or may not be read, or is damaged
     """
     if path.parent.is_file():
         msg = f"{path.parent} must be the directory of a campaign, but is a file"
@@ -71,6 +78,8 @@ def opened(path: Path) -> h5py.File:
     try:
         file = h5py.File(path, "r")
         found = file.attrs.get("format")
+    except PermissionError as failed:
+        raise unreadable(path, failed) from None
     except DAMAGE as failed:
         msg = f"{path} is not a whole HDF5 file: {failed}"
         if path.suffix == ".toml":

@@ -147,20 +147,25 @@ function parse(text) {
 const same = (x, y) =>
   x === y || (typeof x !== "string" && Number.isFinite(y) && Math.abs(x - y) <= EQUAL * Math.abs(y));
 
+// A comparison with a missing number is missing: NaN, neither true nor false.
+const isMissing = (x) => Number.isNaN(x);
+const compared = (holds) => (a, b) => (isMissing(a) || isMissing(b) ? NaN : holds(a, b));
+const truth = (x) => (isMissing(x) ? NaN : Boolean(x));
+
 const MEANING = {
   "+": (a, b) => a + b,
   "-": (a, b) => a - b,
   "*": (a, b) => a * b,
   "/": (a, b) => a / b,
-  "==": same,
-  "!=": (a, b) => !same(a, b),
-  "<": (a, b) => a < b,
-  "<=": (a, b) => a <= b,
-  ">": (a, b) => a > b,
-  ">=": (a, b) => a >= b,
-  and: (a, b) => Boolean(a) && Boolean(b),
-  or: (a, b) => Boolean(a) || Boolean(b),
-  not: (a) => !a,
+  "==": compared(same),
+  "!=": compared((a, b) => !same(a, b)),
+  "<": compared((a, b) => a < b),
+  "<=": compared((a, b) => a <= b),
+  ">": compared((a, b) => a > b),
+  ">=": compared((a, b) => a >= b),
+  and: (a, b) => truth(a) === false || truth(b) === false ? false : truth(a) && truth(b),
+  or: (a, b) => truth(a) === true || truth(b) === true ? true : truth(a) || truth(b),
+  not: (a) => (isMissing(a) ? NaN : !a),
   negative: (a) => -a,
   abs: Math.abs,
   sqrt: Math.sqrt,
