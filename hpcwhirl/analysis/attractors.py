@@ -208,7 +208,35 @@ def clusters(features: Floats) -> Ints:
     chosen = np.arange(count)
     if count > MOST:
         chosen = np.sort(np.random.default_rng(0).permutation(count)[:MOST])
+    chosen = chosen[_crowded(features[chosen])]
     return _by_size(_joined(features, chosen, _parted(features[chosen])))
+
+
+def _crowded(features: Floats) -> NDArray[np.intp]:
+    """Return the indices of those of n cases that are not far from all others.
+
+    Fewer than `FEWEST` cases are far if the gap between them and their neighbours is
+    one that separates clusters (`WIDER`). With them inside, a cluster would have a gap
+    as wide, which hides narrower gaps between other clusters.
+
+    features : (n, d), d features of each case, in units of tolerances
+    """
+    from scipy.cluster.hierarchy import linkage
+
+    kept = np.arange(len(features))
+    while len(kept) >= 2 * FEWEST:
+        tree = linkage(features[kept], "single")
+        size, inside, parts = _branches(tree)
+        small = size[parts] < FEWEST
+        one = small[:, 0] != small[:, 1]
+        neighbours = inside[parts[np.arange(len(tree)), small.argmin(axis=1)]]
+        one &= tree[:, 2] > np.maximum(WIDER * neighbours, 1.0)
+        if not one.any():
+            break
+        branches = parts[one, small[one].argmax(axis=1)].tolist()
+        away = [case for branch in branches for case in _leaves(tree, branch)]
+        kept = np.delete(kept, away)
+    return kept
 
 
 def _parted(features: Floats) -> Ints:
@@ -246,13 +274,37 @@ def _gaps(tree: Floats) -> Floats:
 
     tree : (n - 1, 4), result of `scipy.cluster.hierarchy.linkage` for n cases
     """
-    count = len(tree) + 1
-    size = np.concatenate([np.ones(count), tree[:, 3]])
-    inside = np.concatenate([np.zeros(count), tree[:, 2]])
-    parts = tree[:, :2].astype(int)
+    size, inside, parts = _branches(tree)
     good = (size[parts] >= FEWEST).all(axis=1)
     good &= tree[:, 2] > np.maximum(WIDER * inside[parts].max(axis=1), 1.0)
     return np.unique(tree[good, 2])[::-1][:CUTS]
+
+
+def _branches(tree: Floats) -> tuple[Floats, Floats, NDArray[np.intp]]:
+    """Return the branches of a linkage tree for n cases.
+
+    Returns
+    -------
+    size : (2 n - 1,), number of cases of each branch; single cases come first
+    inside : (2 n - 1,), widest gap inside each branch
+    parts : (n - 1, 2), numbers of the two branches that each row of the tree joins
+    """
+    count = len(tree) + 1
+    size = np.concatenate([np.ones(count), tree[:, 3]])
+    inside = np.concatenate([np.zeros(count), tree[:, 2]])
+    return size, inside, tree[:, :2].astype(np.intp)
+
+
+def _leaves(tree: Floats, branch: int) -> list[int]:
+    """Return the indices of the cases of a branch of a linkage tree.
+
+    tree, branch : (n - 1, 4); number of the branch, a single case below n
+    """
+    count = len(tree) + 1
+    if branch < count:
+        return [branch]
+    parts = tree[branch - count, :2].astype(int).tolist()
+    return [case for part in parts for case in _leaves(tree, part)]
 
 
 def _joined(features: Floats, core: Ints, labels: Ints) -> Ints:

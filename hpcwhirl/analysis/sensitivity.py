@@ -24,7 +24,7 @@ from hpcwhirl.scene.campaign_tables import SALTELLI
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reading.reader import words
 from hpcwhirl.store.reading.select import numbers_in
-from hpcwhirl.store.reading.shares import CONFIDENCE
+from hpcwhirl.store.reading.shares import CONFIDENCE, interval
 from hpcwhirl.store.results.sampled import Drawn, drawn_of, points_of
 
 if TYPE_CHECKING:
@@ -64,14 +64,38 @@ def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
 
     Parameters and indices are those of `indices`. The ends are percentiles of the
     indices of resamples, draws taken with replacement; NaN if the quantity is constant
-    in more than a share `STILL` of them, as for a regime that hardly any case has.
+    in more than a share `STILL` of them, as for a regime that hardly any case has. Ends
+    of a quantity with two values are at least as far apart as those of `_of_changes`.
     """
     chosen = np.random.default_rng(SEED).integers(len(a), size=(RESAMPLES, len(a)))
     resampled = np.array([indices(a[i], b[i], mixed[:, i]) for i in chosen])
     if np.isnan(resampled).any(axis=(1, 2)).mean() > STILL:
         return np.full((2, 2, len(mixed)), np.nan)
     tail = (1.0 - CONFIDENCE) / 2
-    return np.asarray(np.nanquantile(resampled, [tail, 1.0 - tail], axis=0))
+    ends = np.nanquantile(resampled, [tail, 1.0 - tail], axis=0)
+    if len(np.unique(np.concatenate([a, b]))) == 2:
+        low, high = _of_changes(a, b, mixed)
+        ends = [np.minimum(ends[0], low), np.maximum(ends[1], high)]
+    return np.asarray(ends)
+
+
+def _of_changes(a: Floats, b: Floats, mixed: Floats) -> Floats:
+    """Return intervals of a regime's Sobol' indices from its changes, (2 ends, 2, d).
+
+    The regime of A and of A_i differs in c of n pairs, and T_i is the share c / n over
+    2 V, in units of the squared difference of the two values. Wilson's interval of that
+    share also counts changes that no pair has shown, which resamples of the pairs never
+    have: inputs that change few words would have index 0 without doubt. S_i follows
+    from the same changes, and is as uncertain.
+
+    Parameters are those of `indices`, of a quantity with two values.
+    """
+    both = np.concatenate([a, b])
+    scale = np.ptp(both) ** 2 / (2.0 * both.var())
+    changed = (a != mixed).sum(axis=1).tolist()
+    share, low, high = scale * np.array([interval(c, len(a)) for c in changed]).T
+    first = indices(a, b, mixed)[0]
+    return np.array([[first - (high - share), low], [first + (high - share), high]])
 
 
 def values_of(data: xarray.Dataset, name: str) -> Floats:
@@ -113,9 +137,9 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
     -------
     xarray.Dataset over `point` (with the swept inputs), `quantity` and `input`:
     `first`, `total` and their ends `first_low`, `first_high`, `total_low`,
-    `total_high` (95 %, bootstrap); without `input`: `draws` (number of pairs used),
-    `dropped`, `mean` and `deviation`. NaN if a quantity does not vary, or fewer than 8
-    pairs are left
+    `total_high` (95 %, see `intervals`); without `input`: `draws` (number of pairs
+    used), `dropped`, `mean` and `deviation`. NaN if a quantity does not vary, or fewer
+    than 8 pairs are left
 
     Raises
     ------

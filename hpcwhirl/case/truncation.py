@@ -7,9 +7,11 @@ r(t) = sum_m g_m e^{-xi_m w_m t} sin(w_d t) / w_d,
 
 with g_m the squared radial shape of each mode; its tangential motion s(t) has the same
 form, driven by friction with a force mu times as large; the ring's motion is c(t). The
-error (dr, ds, dc) of a truncated body over the `WINDOW` of first contacts is its
-difference from the motion with all modes: `FINEST_FAMILIES` fixed-interface modes per
-blade of the rotor, `FINEST` harmonics of the ring. With |.| the norm over the window,
+error (dr, ds, dc) of a truncated body over a window of first contacts is its difference
+from the motion with all modes: `FINEST_FAMILIES` fixed-interface modes per blade of the
+rotor, `FINEST` harmonics of the ring. The window is `WINDOW` periods in which blades
+bend, 2 ms of the default engine, so that an engine in other units, or larger, with all
+times longer by the same factor, gets the same modes. With |.| the norm over the window,
 three parts count:
 
 Rotor, |(dr, f ds)| / |(r, f s)|, f = c mu: relative to the tip's motion itself. Without
@@ -57,7 +59,8 @@ from hpcwhirl.structure import FourierOperator, bladed_disk
 
 FINEST = 160  # harmonics of the reference ring
 FINEST_FAMILIES = 8  # fixed-interface modes per blade of the reference rotor
-WINDOW = 2e-3  # s, time after a strike in which motions are compared
+WINDOW = 0.087  # time after a strike in which motions are compared / `_period`
+FREE = 1e-6  # ratio of a mode's omega to the largest below which it counts as free
 TIMES = 200  # number of samples in the window
 ADDED_UP = 2.0  # weight of bending against stretching, since strikes add up in it
 OF_ROTOR = 2.2  # factor on the rotor's part, to give the error of motions
@@ -87,10 +90,12 @@ class Missed(NamedTuple):
         return math.hypot(self.rotor + self.ring, self.load)
 
 
-def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floats:
+def struck(
+    body: ModalModel, weights: Floats, chosen: NDArray[np.bool_], window: float
+) -> Floats:
     """Return n motions, (n, TIMES), m, of a body struck by a unit impulse, 1 N s.
 
-    They are sampled at `TIMES` times, to `WINDOW` after the impulse.
+    They are sampled at `TIMES` times, to `window` after the impulse.
 
     Parameters
     ----------
@@ -98,9 +103,10 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
     weights : (n, m), 1/kg, for each motion the product of the modal shapes where the
         impulse acts and where the motion is observed
     chosen : (m,), whether a mode takes part in the motions
+    window : s
     """
-    times = WINDOW * np.arange(1, TIMES + 1) / TIMES
-    omega = np.maximum(body.omega[chosen], 1e-3 / WINDOW)  # free modes: w near 0
+    times = window * np.arange(1, TIMES + 1) / TIMES
+    omega = np.maximum(body.omega[chosen], 1e-3 / window)  # free modes: w near 0
     ratio = np.minimum(body.ratios[chosen], OVERDAMPED)
     swing = omega * np.sqrt(1.0 - ratio**2)
     shapes = np.exp(-np.outer(ratio * omega, times)) * np.sin(np.outer(swing, times))
@@ -144,6 +150,29 @@ class Wheel(NamedTuple):
         return rotor_model(self.rotor, modes)
 
 
+class Place(NamedTuple):
+    """Where and for how long a ring moves.
+
+    Attributes
+    ----------
+    radius : of the ring, m
+    source : (path, SHA-256) of the file that gives the ring, or ("", "")
+    window : time in which motions are compared, s
+    """
+
+    radius: float
+    source: tuple[str, str]
+    window: float
+
+
+def _place(wheel: Wheel, casing: Casing) -> Place:
+    """Return the place of a casing around a rotor.
+
+    The ring's radius is larger by the gap, which does not matter here.
+    """
+    return Place(wheel.rotor.radius, wheel.casing(casing), _window(wheel))
+
+
 def _wheel(scene: Scene) -> Wheel:
     file = scene.engine.file
     return Wheel(scene.engine.rotor, file, content_digest(file))
@@ -163,6 +192,29 @@ def _most_modes(wheel: Wheel) -> int:
     return min(most, inner)
 
 
+@lru_cache(maxsize=64)
+def _window(wheel: Wheel) -> float:
+    """Return the time after a strike, s, in which motions are compared."""
+    return WINDOW * _period(wheel.model(_most_modes(wheel)), wheel.blades)
+
+
+def _period(body: ModalModel, blades: int) -> float:
+    """Return the period, s, in which the tips of a rotor bend.
+
+    It is the mean over its modes, each counted by its share of the tangential
+    compliance of the tips; modes without stiffness (`FREE`) do not count.
+
+    body, blades : modes of the rotor; N, the number of its blades
+    """
+    along = np.linalg.norm(tip_rows(body, blades)[1], axis=0)
+    bends = (body.omega > FREE * body.omega.max()) & (along > 0.0)
+    if not bends.any():  # tips move in proportion to time: any window is as good
+        return 1.0
+    omega, reach = body.omega[bends], along[bends] / body.omega[bends]
+    shares = (reach / reach.max()) ** 2  # no overflow
+    return float(2.0 * math.pi * (shares / omega).sum() / shares.sum())
+
+
 @lru_cache(maxsize=512)
 def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
     """Return the motion of a tip after a unit impulse, (2, TIMES), m.
@@ -174,27 +226,28 @@ def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
     """
     body = wheel.model(modes)
     weights = [folds * (rows**2).mean(axis=0) for rows in tip_rows(body, wheel.blades)]
-    return struck(body, np.array(weights), body.diameter % folds == 0)
+    chosen = body.diameter % folds == 0
+    return struck(body, np.array(weights), chosen, _window(wheel))
 
 
 @lru_cache(maxsize=1024)
-def _ring(casing: Casing, radius: float, folds: int, source: tuple[str, str]) -> Floats:
+def _ring(casing: Casing, place: Place, folds: int) -> Floats:
     """Return the radial motion of a ring where a unit impulse strikes it, (TIMES,), m.
 
     It is 0 for a rigid casing.
 
-    radius : of the ring, m
+    place : radius and file of the ring, and the window
     folds : g; only harmonics that it divides are struck
-    source : (path, SHA-256) of the file that gives the ring, or ("", "")
     """
     if casing.kind == "rigid":
         return np.zeros(TIMES)
-    body, operator = casing_model(casing, radius, source)
+    body, operator = casing_model(casing, place.radius, place.source)
     if not isinstance(operator, FourierOperator):
         raise TypeError(casing.discretization)
     waves = body.shapes[operator.radial]
     weights = folds * (waves[0] ** 2 + 0.5 * (waves[1:] ** 2).sum(axis=0))
-    return np.asarray(struck(body, weights[None], body.diameter % folds == 0)[0])
+    chosen = body.diameter % folds == 0
+    return np.asarray(struck(body, weights[None], chosen, place.window)[0])
 
 
 def truncation_error(scene: Scene) -> float:
@@ -239,27 +292,24 @@ class Load(NamedTuple):
 
 
 @lru_cache(maxsize=1024)
-def _pushed(
-    casing: Casing, radius: float, source: tuple[str, str], lobes: int, pulse: float
-) -> Floats:
+def _pushed(casing: Casing, place: Place, lobes: int, pulse: float) -> Floats:
     """Return the motion of a ring's crest under a pulse of 1 N s, (TIMES,), m.
 
     A crest is where a lobe of the pulse is strongest; there is no contact.
 
-    radius : of the ring, m
-    source : (path, SHA-256) of the file that gives the ring, or ("", "")
+    place : radius and file of the ring, and the window
     lobes, pulse : number of lobes of the pulse, and its duration, s
     """
-    body, operator = casing_model(casing, radius, source)
+    body, operator = casing_model(casing, place.radius, place.source)
     if not isinstance(operator, FourierOperator):
         raise TypeError(casing.discretization)
     modes = (body.diameter == lobes) & (body.phase == 0)
     crest = body.shapes[operator.radial[max(2 * lobes - 1, 0)]]
-    times = WINDOW * np.arange(1, TIMES + 1) / TIMES
+    times = place.window * np.arange(1, TIMES + 1) / TIMES
     # impulse until each sample, 1 in all: a pulse may end before the first sample
     impulse = np.sin(0.5 * math.pi * np.minimum(times, pulse) / pulse) ** 2
     force = np.diff(impulse, prepend=0.0)
-    swung = struck(body, crest[None] ** 2, modes)[0]
+    swung = struck(body, crest[None] ** 2, modes, place.window)[0]
     return np.asarray(np.convolve(force, swung)[:TIMES])
 
 
@@ -284,28 +334,27 @@ def _of_load(casing: Casing, whole: Casing, wheel: Wheel, load: Load) -> float:
     It is due to the harmonics left out of the casing.
 
     casing, whole : the casing with and without harmonics left out
-    wheel, load : the rotor, of which the radius is used; the pulse
+    wheel, load : the rotor, of which radius and window are used; the pulse
     """
     absent = casing.kind == "rigid" or math.isinf(load.pulse)
     if absent or load.lobes > casing.harmonics:  # too many lobes are refused later
         return 0.0
-    place = wheel.rotor.radius, wheel.casing(casing), load.lobes, load.pulse
-    every = _pushed(whole, *place)
-    return LOADED * _share(_pushed(casing, *place) - every, every)
+    under = _place(wheel, casing), load.lobes, load.pulse
+    every = _pushed(whole, *under)
+    return LOADED * _share(_pushed(casing, *under) - every, every)
 
 
 @lru_cache(maxsize=4096)
 def _missed(wheel: Wheel, casing: Casing, modes: int, load: Load) -> Missed:
-    lobes, radius = load.lobes, wheel.rotor.radius
-    folds, source = math.gcd(lobes, wheel.blades), wheel.casing(casing)
+    lobes, place = load.lobes, _place(wheel, casing)
+    folds = math.gcd(lobes, wheel.blades)
     pull = load.friction * (ADDED_UP if lobes else 1.0)
     every = {"harmonics": max(FINEST, casing.harmonics), "families": "all"}
     tip = _tip(wheel, _most_modes(wheel), folds)
-    # the ring's radius is larger by the gap, which does not matter here
     whole = casing.model_copy(update=every)
-    ring = _ring(whole, radius, folds, source)
+    ring = _ring(whole, place, folds)
     less = _tip(wheel, modes, folds) - tip
-    lost = _ring(casing, radius, folds, source)
+    lost = _ring(casing, place, folds)
     both = np.array([[1.0], [pull]])
     share = _share(tip[0], both * tip) if lobes > 1 else 0.0
     return Missed(

@@ -257,10 +257,12 @@ OF_ENGINE = (
     *(must_be(0, f"rotor.{name}", AT_REST) for name in STANDING),
     *(must_be(usual, f"rotor.{name}", FROM_FILE) for name, usual in WHOLE),
     *(must_be(usual, f"rotor.{name}", AT_REST) for name, usual in WHOLE),
-    Rule(("rotation", "rotor.suspension_damping", "rotor.damping"),
-        lambda rotation, own, least:
-            (rotation == "none") | (own == AS_THE_REST) | (own >= least),
-        lambda _, own, least: (
+    Rule(("rotation", "rotor.suspension_damping", "rotor.damping", "rotor.centre",
+          "file"),
+        lambda rotation, own, least, centre, file:
+            (rotation == "none") | (own == AS_THE_REST) | (own >= least)
+            | ((centre == "clamped") & (file == "")),
+        lambda _, own, least, *__: (
             f"rotor.suspension_damping must be >= damping ({least}), "
             "or -1, where rotation is not none: its excess over damping is due to a "
             f"damper that does not rotate, got {own}")),

@@ -231,6 +231,15 @@ def test_a_few_points_apart_make_no_cluster():
     assert clusters(points)[:FEWEST].tolist() == [1] * FEWEST
 
 
+def test_a_few_points_apart_hide_no_other_clusters():
+    """Two starts on a third motion, nearer to the first than the second is."""
+    rng = np.random.default_rng(4)
+    centres = np.array([[0.0, 0.0], [100.0, 0.0], [0.0, 60.0]])
+    own = np.repeat([0, 1, 2], [12, 9, FEWEST - 1])
+    label = clusters(centres[own] + 0.3 * rng.normal(size=(len(own), 2)))
+    assert label.tolist() == [0] * 12 + [1] * 9 + [0] * (FEWEST - 1)
+
+
 def test_a_silhouette_is_that_of_its_definition():
     points = np.array([0.0, 1.0, 10.0])
     away = np.abs(points[:, None] - points)

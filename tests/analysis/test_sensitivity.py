@@ -105,6 +105,24 @@ def test_an_interval_covers_as_often_as_it_says():
     assert 0.85 * tries <= inside < tries
 
 
+def test_an_interval_of_a_regime_covers_an_input_that_changes_few_words():
+    """Where no pair of draws shows a change, all resamples have the index 0."""
+
+    def regime(x):  # x: (3, n), uniform
+        return (x[0] + 0.5 * x[1] + 0.2 * x[2] > 1.0).astype(float)
+
+    def ends(pairs, rng, found=intervals):
+        a, b = rng.random((2, 3, pairs))
+        swapped = [np.where(np.arange(3)[:, None] == i, b, a) for i in range(3)]
+        return found(regime(a), regime(b), np.array([regime(x) for x in swapped]))
+
+    rng = np.random.default_rng(3)
+    true, tries = ends(10**6, rng, indices), 60
+    low, high = np.array([ends(16, rng) for _ in range(tries)]).swapaxes(0, 1)
+    covered = ((low <= true) & (true <= high)).mean(axis=0)
+    assert covered.min() >= 0.88
+
+
 def test_a_pair_without_a_number_is_left_out_and_counted():
     data = results(512, ishigami)
     broken = data["y"].to_numpy().copy()

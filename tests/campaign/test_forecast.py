@@ -203,6 +203,21 @@ def test_cases_that_end_early_are_expected_where_they_were_met(tmp_path):
     assert saved == pytest.approx((found.seconds + 20 * 0.25) / 2)
 
 
+@pytest.mark.parametrize("count", [2, 3, 5, 10, 20])
+@pytest.mark.parametrize("early", [0.0, 0.7, 0.92])
+def test_a_range_holds_however_few_cases_have_finished(count, early):
+    """Of 100 cases, a share ends early, in a tenth of the time."""
+    rng, held = np.random.default_rng(1), 0
+    every = np.where(np.arange(100) < 100 * early, 0.1, 1.0) * rng.normal(1, 0.1, 100)
+    for _ in range(300):
+        done = rng.permutation(100) < count
+        seconds = every[done].mean() * (100 - count)
+        whole = max(seconds, 100.0 - count)
+        low, high = forecasts._range(seconds, every[done], whole)
+        held += low <= every[~done].sum() <= high
+    assert held >= 0.8 * 300
+
+
 @pytest.mark.parametrize("longest", [0.0, 8e-3])
 def test_what_all_would_take_to_their_end_is_of_the_steps_that_were_made(
     tmp_path, longest

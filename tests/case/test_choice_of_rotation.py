@@ -31,6 +31,18 @@ def change(**settings):
     return change_of(scene(**settings))
 
 
+@pytest.mark.parametrize("rotation", ["auto", "full"])
+def test_the_damping_of_a_suspension_is_nothing_to_a_held_centre(rotation):
+    damped = {"rotation": rotation, "rotor.damping": 0.1, "speed": HIGH}
+    one, two = (
+        simulate(scene(**damped, suspension_damping=own)).row for own in (-1.0, 0.03)
+    )
+    assert one["late_energy"] > 0.0
+    assert two == one
+    with pytest.raises(InputError, match="suspension_damping must be >= damping"):
+        scene(**damped, centre="free", suspension_damping=0.03)
+
+
 @pytest.mark.parametrize("speed", [2.0, 10.0, 40.0])
 def test_rigid_blades_on_springs_change_by_the_speed(speed):
     """Their static lines are +-omega_s at any speed, so omega_s +- Omega rotate."""

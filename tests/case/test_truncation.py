@@ -255,6 +255,45 @@ def test_the_estimate_does_not_depend_on_the_unit_of_mass():
         assert found == pytest.approx(usual, rel=1e-6)
 
 
+# {input: its dimension, powers of length, mass and time}
+DIMENSIONS = {
+    "radius": (1, 0, 0), "disk_radius": (1, 0, 0), "blade_width": (1, 0, 0),
+    "root_thickness": (1, 0, 0), "spoke_width": (1, 0, 0), "spoke_thickness": (1, 0, 0),
+    "rim_width": (1, 0, 0), "rim_thickness": (1, 0, 0), "rotor.young": (-1, 1, -2),
+    "rotor.density": (-3, 1, 0), "centre_stiffness": (0, 1, -2), "gap": (1, 0, 0),
+    "casing.young": (-1, 1, -2), "casing.density": (-3, 1, 0), "pulse": (0, 0, 1),
+    "casing.thickness": (1, 0, 0), "casing.width": (1, 0, 0), "speed": (0, 0, -1),
+    "support_frequency": (0, 0, -1), "force": (1, 1, -2),
+}  # fmt: skip
+
+
+def in_units(given, *units):
+    """Return a scene with lengths, masses and times longer by three factors."""
+    values, other = flatten(given), {}
+    for name, powers in DIMENSIONS.items():
+        scale = math.prod(u**p for u, p in zip(units, powers, strict=True))
+        other[full_name(name)] = values[full_name(name)] * scale
+    return apply_settings(given, other)
+
+
+@pytest.mark.parametrize("units", [(0.1, 1.0, 1.0), (1.0, 1.0, 30.0), (0.2, 5.0, 0.07)])
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+def test_an_engine_in_other_units_gets_the_same_modes(units, friction):
+    for lobes, asked in ((0, 0.1), (1, 0.047), (1, 0.3), (2, 0.3)):
+        given = scene(truncation=asked, nodal_diameter=lobes, friction=friction)
+        other = in_units(given, *units)
+        assert left_out(other) == pytest.approx(left_out(given), rel=1e-4)
+        one, two = with_truncation(given), with_truncation(other)
+        assert two.solver == one.solver
+        for name in ("harmonics", "families"):
+            assert getattr(two.engine.casing, name) == getattr(one.engine.casing, name)
+
+
+def test_the_window_of_the_default_engine_is_two_milliseconds():
+    wheel = truncation._wheel(named_scene("table2"))
+    assert truncation._window(wheel) == pytest.approx(2e-3, rel=5e-3)
+
+
 def test_a_ring_that_stands_still_leaves_nothing_out(capsys):
     held = apply_settings(named_scene("table2"), {"support_frequency": 1e9})
     found = left_out(held)

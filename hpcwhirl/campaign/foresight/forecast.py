@@ -45,7 +45,8 @@ from hpcwhirl.store.results.variables import DETAIL, LAW
 # whole case is extrapolated
 LITTLE = 0.1
 APART = 0.25  # relative difference of the times of two runs on a shared machine
-SIDES = 2.0  # half the width of a range of times, in standard errors
+ALONE = 2.0  # relative width of the range of times, upward, if one case has finished
+LIKELY = 0.95  # probability with which a range of times holds, by Student's t
 GUESSED = 2.0  # factor by which the number of refined cases may be wrong
 # Times, s, on the machine where the program started in `LOADED` s: for connecting ranks
 # and loading kernels; for gathering in total, per row and per byte of traces; for a
@@ -159,7 +160,7 @@ def forecast(
     each = costs.predict(left)
     seconds = float(each @ spans[:, 0])
     if len(known):
-        span = _range(seconds, known)
+        span = _range(seconds, known, float(whole.predict(left) @ spans[:, 0]))
     else:
         span = _nominal_range(design, step, (left, spans[:, 0]))
     overhead, first = _beside(directory.runs, pace)
@@ -224,21 +225,29 @@ def _after(rows: int, traces: int, pace: float, rules: Campaign) -> dict[str, fl
     return {name: seconds * pace for name, seconds in every.items() if name in stages}
 
 
-def _range(seconds: float, factors: Floats) -> tuple[float, float]:
+def _range(seconds: float, factors: Floats, whole: float) -> tuple[float, float]:
     """Return the lower and upper limit of the predicted time of the cases left, s.
 
-    The limits follow from the scatter of finished cases.
+    The limits follow from the scatter of finished cases; of few cases, the scatter
+    itself is uncertain. The upper limit also counts cases that run to their end, unlike
+    those that have finished: of n cases none is such a one with probability (1 - u)^n
+    if their share is u.
 
     Parameters
     ----------
     seconds : the predicted time, s
     factors : (finished cases,), measured time of each over its nominal time
+    whole : the predicted time if no case ends early, s
     """
-    error = 1.0
-    if len(factors) > 1 and factors.any():
-        spread = float(factors.std(ddof=1) / factors.mean())
-        error = spread / math.sqrt(len(factors))
-    return seconds * max(1.0 - SIDES * error, 0.0), seconds * (1.0 + SIDES * error)
+    from scipy.special import stdtrit  # needed where cases have finished only
+
+    wide, count = ALONE, len(factors)
+    if count > 1 and factors.any():
+        sides = float(stdtrit(count - 1, 0.5 + 0.5 * LIKELY))
+        wide = sides * float(factors.std(ddof=1) / factors.mean()) / math.sqrt(count)
+    unseen = 1.0 - (1.0 - LIKELY) ** (1.0 / count)
+    most = max(seconds * (1.0 + wide), seconds + unseen * (whole - seconds))
+    return seconds * max(1.0 - wide, 0.0), most
 
 
 def _nominal_range(
