@@ -382,20 +382,53 @@ def value_of(program: Program, known: Mapping[str, Any]) -> Any:
         else:
             parts = stack[-step.parts :]
             del stack[-step.parts :]
-            stack.append(_apply(step, parts))
+            stack.append(_meaning(step.does, step.value)(*parts))
     return stack[0]
 
 
-def _apply(step: Step, parts: list[Any]) -> Any:
-    if step.does != "compare":
-        return MEANING[step.does](*parts)
-    signs = str(step.value).split()
-    pairs = zip(signs, pairwise(parts), strict=True)
-    return reduce(np.logical_and, (ORDER[sign](*pair) for sign, pair in pairs))
+@cache
+def _meaning(does: str, value: Any) -> Callable[..., Any]:
+    """Return the function of a step's operands, by the step's fields."""
+    if does != "compare":
+        return MEANING[does]
+    signs = str(value).split()
+    if len(signs) == 1:
+        return ORDER[signs[0]]
+
+    def compare(*parts: Any) -> Any:
+        pairs = zip(signs, pairwise(parts), strict=True)
+        return reduce(np.logical_and, (ORDER[sign](*pair) for sign, pair in pairs))
+
+    return compare
 
 
 @cache
 def asker(text: str) -> Callable[[Mapping[str, Any]], Any]:
-    """Return a function that evaluates a condition from {name of a variable: value}."""
-    program = parse(text)
-    return lambda known: value_of(program, known)
+    """Return a function that evaluates a condition from {name of a variable: value}.
+
+    Its value is that of `value_of`, sooner; it calls itself as deep as the condition is
+    nested, and is meant for the rules of words.
+    """
+    stack: list[Callable[[Mapping[str, Any]], Any]] = []
+    for step in parse(text):
+        parts = tuple(stack[len(stack) - step.parts :])
+        del stack[len(stack) - step.parts :]
+        stack.append(_asker(step, parts))
+    return stack[0]
+
+
+def _asker(step: Step, parts: tuple[Callable[..., Any], ...]) -> Callable[..., Any]:
+    """Return the function of a step of a condition, given those of its operands."""
+    value = step.value
+    if step.does == "name":
+        return lambda known: known.get(value, value)
+    if not parts:
+        return lambda _: value
+    do = _meaning(step.does, value)
+    if len(parts) == 1:
+        (one,) = parts
+        return lambda known: do(one(known))
+    if len(parts) == 2:
+        one, two = parts
+        return lambda known: do(one(known), two(known))
+    return lambda known: do(*(part(known) for part in parts))
