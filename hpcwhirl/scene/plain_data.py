@@ -47,7 +47,7 @@ def flatten(scene: Scene) -> dict[str, Value]:
 
     def walk(data: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Value]]:
         for name, value in data.items():
-            if isinstance(value, Mapping):
+            if isinstance(value, dict):
                 yield from walk(value, f"{prefix}{name}.")
             else:
                 plain = list(value) if isinstance(value, tuple) else value
