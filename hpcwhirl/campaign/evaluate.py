@@ -273,7 +273,7 @@ class Evaluator:
         for name in names:
             self.checkpoints.drop(name)
 
-    @one_thread()
+    @one_thread(anew=True)
     def _measured(self, computed: Computation, result: Result) -> Record:
         """Return record entries with the numbers of the user's function `measure`.
 

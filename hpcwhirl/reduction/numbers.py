@@ -26,12 +26,16 @@ class _Limit:
 
 
 @contextmanager
-def one_thread() -> Iterator[None]:
+def one_thread(*, anew: bool = False) -> Iterator[None]:
     """Let BLAS compute on one thread inside the with block or decorated function.
 
     A block inside another changes nothing, since setting a limit takes 40 us.
+
+    anew : whether the limit is set again inside another block, and again at the end;
+        for code that may change it
     """
-    if _Limit.now:
+    was = _Limit.now
+    if was and not anew:
         yield
         return
     with _controller().limit(limits=1, user_api="blas"):
@@ -39,7 +43,7 @@ def one_thread() -> Iterator[None]:
         try:
             yield
         finally:
-            _Limit.now = False
+            _Limit.now = was
 
 
 def zero_between(
