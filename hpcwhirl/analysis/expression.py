@@ -31,11 +31,12 @@ texts.
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache, reduce
+from functools import cache, partial, reduce
 from itertools import pairwise
 from typing import Any, NoReturn
 
@@ -334,7 +335,9 @@ def _quotient(over: Any, under: Any) -> Any:
 
 def is_text(value: Any) -> bool:
     """Return whether an operand of a condition is a text, or an array of texts."""
-    return isinstance(value, str) or np.asarray(value).dtype.kind in "OUS"
+    if isinstance(value, str | float | int):  # as in the rules of one case
+        return isinstance(value, str)
+    return np.asarray(value).dtype.kind in "OUS"
 
 
 def equal(a: Any, b: Any) -> Any:
@@ -362,6 +365,8 @@ def _compared(holds: Callable[[Any, Any], Any], a: Any, b: Any) -> Any:
 
     holds : the comparison of two known operands
     """
+    if isinstance(a, float | int) and isinstance(b, float | int):
+        return math.nan if math.isnan(a) or math.isnan(b) else float(holds(a, b))
     found = holds(a, b) * 1.0
     if is_text(a) or is_text(b):
         return found
@@ -418,16 +423,24 @@ def value_of(program: Program, known: Mapping[str, Any]) -> Any:
         else:
             parts = stack[-step.parts :]
             del stack[-step.parts :]
-            stack.append(_apply(step, parts))
+            stack.append(_meaning(step.does, step.value)(*parts))
     return stack[0]
 
 
-def _apply(step: Step, parts: list[Any]) -> Any:
-    if step.does != "compare":
-        return MEANING[step.does](*parts)
-    signs = str(step.value).split()
-    pairs = zip(signs, pairwise(parts), strict=True)
-    return reduce(_both, (_compared(ORDER[sign], *pair) for sign, pair in pairs))
+@cache
+def _meaning(does: str, value: Any) -> Callable[..., Any]:
+    """Return the function of a step's operands, by the step's fields."""
+    if does != "compare":
+        return MEANING[does]
+    each = [partial(_compared, ORDER[sign]) for sign in str(value).split()]
+    if len(each) == 1:
+        return each[0]
+
+    def compare(*parts: Any) -> Any:
+        pairs = zip(each, pairwise(parts), strict=True)
+        return reduce(_both, (one(*pair) for one, pair in pairs))
+
+    return compare
 
 
 def holds(program: Program, known: Mapping[str, Any]) -> Any:
@@ -440,6 +453,31 @@ def holds(program: Program, known: Mapping[str, Any]) -> Any:
 
 @cache
 def asker(text: str) -> Callable[[Mapping[str, Any]], Any]:
-    """Return a function that evaluates a condition from {name of a variable: value}."""
-    program = parse(text)
-    return lambda known: value_of(program, known)
+    """Return a function that evaluates a condition from {name of a variable: value}.
+
+    Its value is that of `value_of`, sooner; it calls itself as deep as the condition is
+    nested, and is meant for the rules of words.
+    """
+    stack: list[Callable[[Mapping[str, Any]], Any]] = []
+    for step in parse(text):
+        parts = tuple(stack[len(stack) - step.parts :])
+        del stack[len(stack) - step.parts :]
+        stack.append(_asker(step, parts))
+    return stack[0]
+
+
+def _asker(step: Step, parts: tuple[Callable[..., Any], ...]) -> Callable[..., Any]:
+    """Return the function of a step of a condition, given those of its operands."""
+    value = step.value
+    if step.does == "name":
+        return lambda known: known.get(value, value)
+    if not parts:
+        return lambda _: value
+    do = _meaning(step.does, value)
+    if len(parts) == 1:
+        (one,) = parts
+        return lambda known: do(one(known))
+    if len(parts) == 2:
+        one, two = parts
+        return lambda known: do(one(known), two(known))
+    return lambda known: do(*(part(known) for part in parts))

@@ -43,7 +43,7 @@ def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
     """
     for rule in rules:
         for need in rule.needs:
-            if not holds(parse(need), known):
+            if asker(need)(known) != 1:  # false, or missing
                 break
         else:
             return rule.word

@@ -12,6 +12,7 @@ from array import array
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import Result, notes_on
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
 from hpcwhirl.campaign.worker_process import Child
-from hpcwhirl.case.plan import folds_of
+from hpcwhirl.case.plan import kernel_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import MissingFileError, WhirlError, say
 from hpcwhirl.planner.planner import Completion, completion_of
@@ -88,7 +89,7 @@ class Evaluator:
 
         cases : numbers of the cases
         """
-        cases = self._kinds(cases)
+        cases = one_of_each(self.design, cases)
         self.running.begin(self.design.digest(case) for case in cases)
         if self.policy.isolate:
             scenes = [self.design.scene(case) for case in cases]
@@ -102,20 +103,6 @@ class Evaluator:
                     raise
                 except Exception:  # noqa: BLE001 - the case will fail with a record
                     continue
-
-    def _kinds(self, cases: Sequence[int]) -> list[int]:
-        """Return some of `cases`: one for each compiled kernel that these cases need.
-
-        A kernel belongs to a scheme and a number of folds.
-        """
-        kinds: dict[tuple[str, int], int] = {}
-        for case in cases:
-            scene = self.design.scene(case)
-            folds = 1
-            with suppress(WhirlError):  # such a case fails later, with a record
-                folds = folds_of(scene)
-            kinds.setdefault((scene.solver.scheme, folds), case)
-        return list(kinds.values())
 
     def __call__(self, task: int, between_slices: Callable[[], None]) -> Completion:
         """Compute one job, append its record to the journal; return how it ended.
@@ -286,7 +273,7 @@ class Evaluator:
         for name in names:
             self.checkpoints.drop(name)
 
-    @one_thread()
+    @one_thread(anew=True)
     def _measured(self, computed: Computation, result: Result) -> Record:
         """Return record entries with the numbers of the user's function `measure`.
 
@@ -321,6 +308,18 @@ class Evaluator:
             self.stopping.ask(str(failed))
             self.lost = True
             raise Stop from None
+
+
+def one_of_each(design: Design, cases: Sequence[int]) -> list[int]:
+    """Return some of `cases`: one for each compiled kernel that these cases need.
+
+    design : the campaign's cases
+    """
+    kinds: dict[tuple[Any, ...], int] = {}
+    for case in cases:
+        with suppress(WhirlError):  # such a case fails later, with a record
+            kinds.setdefault(kernel_of(design.scene(case)), case)
+    return list(kinds.values())
 
 
 def told(computed: Computation, case: str) -> str:

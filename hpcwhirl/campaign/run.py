@@ -37,6 +37,7 @@ from hpcwhirl.launch import (
     rest_until_root,
 )
 from hpcwhirl.planner.planner import Completion
+from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal
@@ -123,6 +124,7 @@ def _computed(
         Journal(directory.journals, work.run, comm.rank, work.plan, names) as journal,
         Running(directory.notes, work.run, comm.rank) as running,
         closing(Child(directory.states, policy.save_every)) as child,
+        one_thread(),
     ):
         evaluate = Evaluator(
             design, comm.rank, journal, running, checkpoints, child, policy, stopping,

@@ -195,8 +195,8 @@ def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
 
 def shortest_limits(model: Model, scene: Scene) -> dict[str, float]:
     """Return {body: longest time step, s, that is stable at all speeds of a scene}."""
-    slow, fast = (model.limits(speed) for speed in extremes(scene))
-    return {body: min(slow[body], limit) for body, limit in fast.items()}
+    each = [model.limits(speed) for speed in dict.fromkeys(extremes(scene))]
+    return {body: min(one[body] for one in each) for body in each[0]}
 
 
 def check_step(model: Model, scene: Scene) -> None:

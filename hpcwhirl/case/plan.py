@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,10 +31,11 @@ from hpcwhirl.reduction.supports import ROUND
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.scene.kept_tables import scaled
+from hpcwhirl.scene.plain_data import flatten
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
-# inputs that decide folds and kernel; of mistuning, only whether there is any
+# inputs that decide folds and kernel; of lists and reals, only whether there is any
 FOLDING = (
     "solver.plan", "solver.scheme", "nodal_diameter", "engine.rotor.blades",
     "engine.rotor.mistuning", "engine.rotor.lost_blade", "engine.casing.kind",
@@ -42,6 +43,7 @@ FOLDING = (
     "engine.casing.profile", "engine.casing.profile_scale", "engine.casing.offset",
     "engine.file", "unbalance", "engine.rotation",
 )  # fmt: skip
+COUNTS = "nodal_diameter", "engine.rotor.blades"
 MOST_KEPT = 256  # number of cached settling times
 SOON = 0.7  # largest settling time for which a certificate is sought / run
 NONE = np.zeros((0, 0))
@@ -87,6 +89,17 @@ def folds_of(scene: Scene) -> int:
         return 1
     orders = shape_of(scene).orders.tolist()
     return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades, *orders)
+
+
+def kernel_of(scene: Scene) -> tuple[Any, ...]:
+    """Return a key that is equal for scenes that the same compiled kernel integrates.
+
+    Numbers of blades and lobes enter only by the number of sectors that move alike.
+    """
+    flat = flatten(scene)
+    given = [flat[name] for name in FOLDING if name not in COUNTS]
+    kinds = (bool(v) if isinstance(v, list | tuple | float) else v for v in given)
+    return folds_of(scene), *kinds
 
 
 def settling_time(scene: Scene, model: Model) -> float:

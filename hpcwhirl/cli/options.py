@@ -280,7 +280,12 @@ def check_picture(path: Path | None) -> None:
 
 def print_json(facts: Mapping[str, Any]) -> None:
     """Print data as strict JSON on stdout; numbers that are not finite become null."""
-    print(json.dumps(finite(facts), indent=2, allow_nan=False))
+    print(json_of(facts))
+
+
+def json_of(data: Any) -> str:
+    """Return data as strict JSON; numbers that are not finite become null."""
+    return json.dumps(finite(data), indent=2, allow_nan=False)
 
 
 def finite(value: Any) -> Any:

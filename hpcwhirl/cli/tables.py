@@ -8,14 +8,14 @@ from __future__ import annotations
 import argparse
 import csv
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cli.options import add_json, add_units, asked_units, print_json
+from hpcwhirl.cli.options import add_json, add_units, asked_units, json_of
 from hpcwhirl.errors import legible, one_line
 from hpcwhirl.scene.units import AS_STORED, showing, shown_in
 
@@ -96,14 +96,34 @@ def print_data(
         _print_csv(columns, units, headed=not args.no_units)
     elif args.json:
         told = {n: u for n, u in units.items() if u}
-        print_json({**facts, "units": told, rows: _records(columns)})
+        _print_json({**facts, "units": told}, rows, columns)
     return bool(args.csv or args.json)
 
 
-def _records(columns: Columns) -> list[dict[str, Any]]:
-    """Return columns as a list of rows, {column: value} each, for JSON."""
-    rows = zip(*(c.tolist() for c in columns.values()), strict=True)
-    return [dict(zip(columns, row, strict=True)) for row in rows]
+def _print_json(facts: Mapping[str, Any], rows: str, columns: Columns) -> None:
+    """Print a JSON object on stdout: facts, and columns as a list of rows.
+
+    Parameters
+    ----------
+    facts : entries of the object, at least one
+    rows : key of the list, whose elements are {column: value}
+    columns : {name: values (rows,)}
+    """
+    print(json_of(facts).removesuffix("\n}"), end=f',\n  "{rows}": [')
+    between, close = "", "]"
+    for part in _parts(columns):
+        each = [dict(zip(columns, row, strict=True)) for row in zip(*part, strict=True)]
+        listed = json_of(each)[1:-2].replace("\n", "\n  ")
+        print(between + listed, end="")
+        between, close = ",", "\n  ]"
+    print(f"{close}\n}}")
+
+
+def _parts(columns: Columns) -> Iterator[list[list[Any]]]:
+    """Yield the values of each column as lists, `AT_ONCE` rows at a time."""
+    rows = len(next(iter(columns.values())))
+    for start in range(0, rows, AT_ONCE):
+        yield [c[start : start + AT_ONCE].tolist() for c in columns.values()]
 
 
 def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
@@ -117,11 +137,8 @@ def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
     """
     out = csv.writer(sys.stdout, lineterminator="\n")
     out.writerow(f"{n} [{units[n]}]" if headed and units[n] else n for n in columns)
-    rows = len(next(iter(columns.values())))
-    for start in range(0, rows, AT_ONCE):
-        part = slice(start, start + AT_ONCE)
-        cells = (map(_plain, c[part].tolist()) for c in columns.values())
-        out.writerows(zip(*cells, strict=True))
+    for part in _parts(columns):
+        out.writerows(zip(*(map(_plain, values) for values in part), strict=True))
 
 
 def print_table(columns: Columns, units: Units, shown: int) -> None:

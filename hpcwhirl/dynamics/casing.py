@@ -44,7 +44,18 @@ def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
     if casing.kind == "rigid" and casing.amplitude != 0.0:
         own = -casing.amplitude, 0.0, casing.growth, casing.rise
         rows.insert(0, (scene.nodal_diameter, *own))
-    folded = [fold(row[0], model.blades) for row in rows]
+    gap, lobes = scene.gap, scene.nodal_diameter
+    wall = _shaped(tuple(rows), model.blades)
+    return wall._replace(gap=gap, lobes=lobes, room=gap - shape.depth)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _shaped(rows: tuple[tuple[float, ...], ...], blades: int) -> Wall:
+    """Return harmonics of a casing's shape as a `Wall` without clearance; cached.
+
+    rows : order, cosine part, sine part, growth and rise of each harmonic
+    """
+    folded = [fold(int(row[0]), blades) for row in rows]
     orders, slots = (
         np.array(part, dtype=np.int64)
         for part in ([row[0] for row in rows], [slot for slot, _ in folded])
@@ -52,8 +63,7 @@ def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
     numbers = np.array([row[1:] for row in rows], dtype=float).reshape(-1, 4)
     signs = np.array([sign for _, sign in folded], dtype=float)
     cosine, sine, growth, rise = (part.copy() for part in numbers.T)
-    shaped = orders, slots, signs, cosine, sine, growth, rise
-    return Wall(scene.gap, scene.nodal_diameter, *shaped, scene.gap - shape.depth)
+    return Wall(0.0, 0, orders, slots, signs, cosine, sine, growth, rise, 0.0)
 
 
 def ready_at(scene: Scene) -> int:

@@ -491,21 +491,24 @@ class March:
     def kind(self) -> tuple[str | int, ...]:
         """Key that is equal for marches with the same kernel and similar time per step.
 
-        It is (scheme, numbers of blades, of rotor modes, of casing modes). A march
-        begins with the size of slice with which the last march of the same key ended.
+        It is (types of the kernel's arrays, scheme, numbers of blades, of rotor modes,
+        of casing modes). A march begins with the size of slice with which the last
+        march of the same key ended.
         """
         lean = self.lean
+        kinds = (type(array).__name__ for array in [self.scheme, *self.scheme.arrays])
         scheme, ring = lean.scene.solver.scheme, lean.model.casing
         modes = len(lean.model.rotor.omega), len(ring.omega) if ring else 0
-        return scheme, lean.model.blades, *modes
+        return *kinds, scheme, lean.model.blades, *modes
 
     def warm(self) -> None:
-        """Compile the kernels of a run without taking a step.
+        """Compile the kernels of a run without taking a step, unless a run has.
 
         The wall time of compilation is not added to `seconds`.
         """
-        self._call(0)
-        self.scheme.balance(self.state)
+        if self.kind not in _slices:
+            self._call(0)
+            self.scheme.balance(self.state)
 
     def run(self, between_slices: Callable[[], None] | None = None) -> History:
         """Integrate to the end in slices of about 10 ms, and return the history.

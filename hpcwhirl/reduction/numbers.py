@@ -21,11 +21,29 @@ def _controller() -> ThreadpoolController:
     return ThreadpoolController()
 
 
+class _Limit:
+    now = False  # whether a block of `one_thread` is being executed
+
+
 @contextmanager
-def one_thread() -> Iterator[None]:
-    """Let BLAS compute on one thread inside the with block or decorated function."""
-    with _controller().limit(limits=1, user_api="blas"):
+def one_thread(*, anew: bool = False) -> Iterator[None]:
+    """Let BLAS compute on one thread inside the with block or decorated function.
+
+    A block inside another changes nothing, since setting a limit takes 40 us.
+
+    anew : whether the limit is set again inside another block, and again at the end;
+        for code that may change it
+    """
+    was = _Limit.now
+    if was and not anew:
         yield
+        return
+    with _controller().limit(limits=1, user_api="blas"):
+        _Limit.now = True
+        try:
+            yield
+        finally:
+            _Limit.now = was
 
 
 def zero_between(

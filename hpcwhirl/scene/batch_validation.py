@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, FailFast, TypeAdapter, ValidationError
 
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.scene.digests import fragment
+from hpcwhirl.scene.digests import fragment, takes_real
 from hpcwhirl.scene.input_names import takes_list
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.plain_data import apply_settings, flatten
@@ -262,14 +262,17 @@ class Many:
         """Return of each combination of values of some inputs the first case's number.
 
         cases : numbers of the cases to compare, ascending
-        names : the inputs; two lists of the same length count as equal values
+        names : the inputs; two lists of the same length count as equal values, and
+            so do two real numbers other than 0
         """
+
+        def alike(name: str, values: Values) -> Values:
+            if takes_list(name):
+                return list(map(len, values))
+            return np.asarray(values, float) != 0.0 if takes_real(name) else values
+
         swept = [(n, self.columns[n]) for n in names if n in self.columns]
-        parts = [
-            (c, distinct(list(map(len, c.values)) if takes_list(n) else c.values))
-            for n, c in swept
-        ]
-        kind = labels(parts, cases)
+        kind = labels([(c, distinct(alike(n, c.values))) for n, c in swept], cases)
         first = np.sort(np.unique(kind, return_index=True)[1])
         return [int(case) for case in cases[first]]
 

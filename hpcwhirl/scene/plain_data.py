@@ -47,7 +47,7 @@ def flatten(scene: Scene) -> dict[str, Value]:
 
     def walk(data: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Value]]:
         for name, value in data.items():
-            if isinstance(value, Mapping):
+            if isinstance(value, dict):
                 yield from walk(value, f"{prefix}{name}.")
             else:
                 plain = list(value) if isinstance(value, tuple) else value
@@ -77,6 +77,23 @@ def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
             place = place[table]
         place[leaf] = value
     return scene_from(data)
+
+
+def with_reals(scene: Scene, settings: Mapping[str, Any]) -> Scene:
+    """Return a scene with some inputs replaced that need no validation.
+
+    The inputs are real numbers that have been checked, as those of a plan's cases have.
+
+    settings : {full dotted name: new value}
+    """
+    own = {n: float(v) + 0.0 for n, v in settings.items() if "." not in n}
+    inside: dict[str, dict[str, Any]] = {}
+    for name, value in settings.items():
+        table, _, leaf = name.partition(".")
+        if leaf:
+            inside.setdefault(table, {})[leaf] = value
+    tables = {n: with_reals(getattr(scene, n), v) for n, v in inside.items()}
+    return scene.model_copy(update={**own, **tables})
 
 
 def check_kept(settings: Mapping[str, Any]) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 import json
 from abc import abstractmethod
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -234,7 +235,7 @@ class Table(OfCases[Settings]):
 
     def _of_case(self, case: int) -> Settings:
         """Return {input: value} that the case with the number `case` sets."""
-        block = int(np.searchsorted(self._starts, case, side="right")) - 1
+        block = bisect_right(self._starts, case) - 1
         return self.blocks[block].row(case - int(self._starts[block]))
 
     def __iter__(self) -> Iterator[Settings]:

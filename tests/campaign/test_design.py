@@ -4,14 +4,18 @@ import itertools
 import pickle
 import tomllib
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hpcwhirl.campaign.evaluate import one_of_each
 from hpcwhirl.campaign.plan.design import design_of, load_design
+from hpcwhirl.case.plan import FOLDING
+from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import Scene, digest, flatten
+from hpcwhirl.scene import Scene, apply_settings, digest, flatten
 from hpcwhirl.scene import swept as values
 from hpcwhirl.scene.case_digest import PHYSICS_VERSION, digest_of, read_as
 from hpcwhirl.scene.digests import CaseDigests
@@ -268,6 +272,37 @@ def test_a_design_is_sent_as_a_few_bytes_a_case():
     speeds = [[300.0 + i for i in range(n)] for n in (500, 1000)]
     sizes = [len(pickle.dumps(design_of({"sweep": {"speed": v}}))) for v in speeds]
     assert sizes[1] - sizes[0] < 500 * 100
+
+
+def test_scenes_of_real_inputs_are_those_that_are_validated():
+    reals = {"speed": [100, -0.0, 2.5e2], "engine.casing.thickness": [0.01, 0.02]}
+    found = design_of({"sweep": reals | {"solver.accuracy": [0, 0.01]}})
+    for case, settings in enumerate(found.settings):
+        whole = apply_settings(found.base, settings)
+        assert repr(flatten(found.scene(case))) == repr(flatten(whole))
+        assert found.scene(case) == whole
+
+
+@pytest.mark.parametrize(
+    "sweep",
+    [
+        {"mistuning": [[], [0.01] * 22, [0.02] * 22], "rotation": ["none", "full"]},
+        {"unbalance": [0.0, 1e-6, 2e-6], "rotation": ["full"], "nodal_diameter": [1]},
+        {"nodal_diameter": [1, 2, 3], "scheme": ["modal", "exact"]},
+    ],
+    ids=" ".join,
+)
+def test_kernels_are_compiled_before_the_cases_that_need_them(sweep):
+    def kernel(case):
+        march = March(found.resolved(case)).scheme
+        arrays = tuple(map(numba.typeof, march.arrays))
+        return found.scene(case).solver.scheme, type(march), arrays
+
+    found = design_of({"sweep": sweep})
+    cases = np.arange(len(found.settings))
+    warmed = one_of_each(found, found.columns.first_of(cases, FOLDING))
+    assert {*map(kernel, warmed)} == {*map(kernel, cases.tolist())}
+    assert len(warmed) < len(cases)
 
 
 def other_than(value):

@@ -111,6 +111,7 @@ def test_the_time_in_which_kernels_compile_is_not_that_of_a_case(
         apply_settings(Scene(), {"duration": 1e-3, "speed": 330.0, "history": history})
     )
     expected, clock = simulate(case.given), Clock()
+    monkeypatch.setattr(marching, "_slices", {})  # as in a process that begins
     monkeypatch.setattr(marching, "time", clock)
     monkeypatch.setattr(March, "_call", clock.call_of)
     store = Checkpoints(States(tmp_path), 1e9, [].append)

@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 import xarray
 from launch import ENVIRONMENT, python, records, root_variables, script
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import hpcwhirl
 from hpcwhirl.campaign.measure import measure_of
 from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.numbers import one_thread
 
 TABLES = {
     "scene": {"duration": 2e-3},
@@ -396,6 +398,22 @@ for given in ({"rotation": "full"}, {"scheme": "paper"}):
     print(json.dumps(hpcwhirl.simulate(apply_settings(Scene(), settings)).row))
 print(*{p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas"})
 """
+
+
+def test_code_that_changes_the_threads_of_blas_changes_them_for_itself_alone():
+    def threads():
+        told = threadpool_info()
+        return {one["num_threads"] for one in told if one["user_api"] == "blas"}
+
+    with threadpool_limits(2, user_api="blas"):
+        with one_thread():
+            with one_thread(anew=True):
+                threadpool_limits(2, user_api="blas")
+                assert threads() == {2}
+            with one_thread():
+                assert threads() == {1}
+            assert threads() == {1}
+        assert threads() == {2}
 
 
 def test_threads_of_the_callers_blas_change_no_bit_and_stay_as_they_were():

@@ -1,5 +1,6 @@
 """What the commands of one scene print and write, and `classify`."""
 
+import argparse
 import json
 import shutil
 import tomllib
@@ -14,7 +15,7 @@ from hpcwhirl import open_results
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.benchmark import bench, sizes
 from hpcwhirl.benchmark.bench import OPERATION, OWN, Timing, over_none
-from hpcwhirl.cli import main, options
+from hpcwhirl.cli import main, options, tables
 from hpcwhirl.cli import run as run_command
 from hpcwhirl.cli.model import folded, spans_of
 from hpcwhirl.cli.options import print_json
@@ -397,6 +398,22 @@ def test_a_case_s_file_is_the_results_of_a_campaign_of_it(tmp_path, capsys, trac
     capsys.readouterr()
     assert main(["report", str(one)]) == 2
     assert "one.h5 must be the directory" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("rows", [0, 1, 3, 4, 7])
+def test_rows_printed_in_parts_are_the_json_of_all(rows, capsys, monkeypatch):
+    monkeypatch.setattr(tables, "AT_ONCE", 3)
+    gaps = np.where(np.arange(rows) == 1, np.nan, 1e-4)
+    texts = np.array(['a "}\n]'] * rows, dtype=object)
+    args = argparse.Namespace(csv=False, json=True)
+    columns = {"case": np.arange(rows), "gap": gaps, "message": texts}
+    assert tables.print_data(args, columns, {"gap": "m"}, "cases", over={"speed": 1})
+    each = [
+        {"case": i, "gap": None if i == 1 else 1e-4, "message": 'a "}\n]'}
+        for i in range(rows)
+    ]
+    whole = {"over": {"speed": 1}, "units": {"gap": "m"}, "cases": each}
+    assert capsys.readouterr().out == json.dumps(whole, indent=2) + "\n"
 
 
 @pytest.mark.parametrize("command", ["run", "model", "export-model"])

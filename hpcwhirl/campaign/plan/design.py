@@ -46,9 +46,10 @@ from hpcwhirl.scene import (
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.campaign_tables import Campaign, Refine
 from hpcwhirl.scene.case_digest import PHYSICS_VERSION, read_as
-from hpcwhirl.scene.digests import CaseDigests, Digests
+from hpcwhirl.scene.digests import CaseDigests, Digests, takes_real
 from hpcwhirl.scene.documents import listed_cases
 from hpcwhirl.scene.input_names import FILE, Value, full_name
+from hpcwhirl.scene.plain_data import with_reals
 from hpcwhirl.scene.quantities import WHOLE
 from hpcwhirl.scene.swept import check_count, swept_values
 from hpcwhirl.scene.table import Block, OfCases, Table, listed
@@ -240,9 +241,13 @@ class Design:
     @cached_property
     def scene(self) -> Callable[[int], Scene]:
         """The function that returns the scene of a case by its number, cached."""
+        real = all(map(takes_real, self.settings.names))
 
         def scene(case: int) -> Scene:
-            return apply_settings(self.base, self.settings_of(case))
+            own = self.settings_of(case)
+            if real and case < len(self.settings):
+                return with_reals(self.base, own)
+            return apply_settings(self.base, own)
 
         return lru_cache(MOST_KEPT)(scene)
 

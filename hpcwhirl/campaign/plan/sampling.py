@@ -28,9 +28,10 @@ import numpy as np
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, as_table
 from hpcwhirl.planner.kinds import LATE
-from hpcwhirl.scene import Scene, apply_settings, digest, flatten
+from hpcwhirl.scene import Scene, apply_settings, flatten
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.campaign_tables import LATIN, SALTELLI, SampleTable, TwinsTable
+from hpcwhirl.scene.case_digest import digest_of
 from hpcwhirl.scene.input_names import MISTUNING, takes_list
 from hpcwhirl.scene.laws import drawn
 from hpcwhirl.scene.swept import MOST_CASES
@@ -244,7 +245,7 @@ def identity(scene: Scene, content: str) -> str:
     scene : the case
     content : digest of the case's engine file, see `scene.digest`
     """
-    return digest(apply_settings(scene, ASIDE), content)
+    return digest_of(flatten(scene) | ASIDE, content)
 
 
 def draw(motion: str, number: int, name: str, seed: int = 0) -> float:

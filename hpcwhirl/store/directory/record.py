@@ -72,6 +72,12 @@ class Layout:
         self.dtype = np.dtype([*FRAME.descr, ("has", "u1", (bits,)), *own])
         self.size = self.dtype.itemsize
         codes = "".join(kind.code for kind in self._kinds)
+        usual = {"f8": float}  # type that is written as it is
+        self._writes = [
+            (1 << place, table, name, kind, usual.get(stored))
+            for place, ((table, name, stored, _), kind)
+            in enumerate(zip(self.fields, self._kinds, strict=True))
+        ]  # fmt: skip
         self._body = struct.Struct(f"<{bits}s{codes}")
 
     def __reduce__(self) -> tuple[type[Layout], tuple[Sequence[Field]]]:
@@ -107,18 +113,18 @@ class Layout:
         """
         left = {n: dict(v) if isinstance(v, dict) else v for n, v in record.items()}
         values, has = [], 0
-        for place, (table, name, _, _) in enumerate(self.fields):
+        for bit, table, name, kind, usual in self._writes:
             part = left.get(table, NOTHING) if table else left
-            kind = self._kinds[place]
-            try:
-                held = name in part
-                value = kind.write(part[name]) if held else kind.empty
-            except (KeyError, TypeError, ValueError, OverflowError):
-                held, value = False, kind.empty
+            value = part.get(name)
+            if usual is None or not isinstance(value, usual):
+                try:
+                    value = kind.write(part[name])
+                except (KeyError, TypeError, ValueError, OverflowError):
+                    values.append(kind.empty)
+                    continue
             values.append(value)
-            if held:
-                del part[name]
-                has |= 1 << place
+            del part[name]
+            has |= bit
         bits = has.to_bytes(self.dtype["has"].itemsize, "little")
         text = _text_of({n: v for n, v in left.items()
                          if v or n not in self.tables or not record[n]})  # fmt: skip

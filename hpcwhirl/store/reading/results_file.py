@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any, Self, overload
 
@@ -44,6 +45,7 @@ Row = dict[str, Any]
 WHOLE = 1e-6  # tolerance of the end time, relative to the sampling interval
 NETCDF = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid",
           "_Netcdf4Coordinates", "_NCProperties"}  # attributes of its own  # fmt: skip
+AT_ONCE = 1 << 16  # cases of which a variable is read at once for the digest
 BLOCK = 4_000_000  # bytes of traces read at once; a larger case is read alone
 
 
@@ -319,13 +321,20 @@ class Results:
     def digest(self, *, thresholds: bool = True) -> str:
         """Return a text that changes when `classify` changes words or thresholds.
 
-        It is the SHA-256 of the file's numbers and thresholds, without traces.
+        It is the SHA-256 of the file's numbers, words and thresholds, without traces.
 
         thresholds : False: of numbers and words alone
         """
         found = hashlib.sha256()
-        for name in sorted(n for n in ROW | STATUS | SHARE | CHAOS if n in self):
-            found.update(self[name].tobytes())
+        names = sorted(n for n in ROW | STATUS | SHARE | CHAOS if n in self)
+        with reading(self.path):  # in parts: all variables take 1 kB a case
+            for name, start in product(names, range(0, len(self), AT_ONCE)):
+                cases = slice(start, start + AT_ONCE)
+                if name in ENUMS:  # as text: codes may be another version's
+                    words = coded_in(self.file, name, cases)
+                    found.update(np.asarray(words, "S16").tobytes())
+                else:
+                    found.update(self.file[name][cases].tobytes())
         if not thresholds:
             return found.hexdigest()
         limits = {n: v for n, v in self.attrs.items() if n.startswith("threshold_")}
