@@ -349,8 +349,10 @@ def _growing(
     squared = _squared(centre, history.circle[first:], far)
     rest = max(least, NOTHING)
     rates = _rates(np.stack([time, *energies, squared]), (rest, rest, NOTHING, NOTHING))
-    if history.free_growth > 0.0 and not energies[1].all():  # at rest for a while
-        rates["growth_rotor"] = max(rates["growth_rotor"], history.free_growth)
+    rests = energies[1] == 0.0
+    free = np.broadcast_to(history.free_growth, judged.time.shape)[first:][rests]
+    if (free > 0.0).any():
+        rates["growth_rotor"] = max(rates["growth_rotor"], float(free.max()))
     rates["summit"] = summit(judged.time, rotor, start)
     return rates, energies[0].mean() if len(time) else 0.0
 
