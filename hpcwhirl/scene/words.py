@@ -202,6 +202,8 @@ RULES = {
     # frequency: a small fast line would outweigh a large slow one of opposite sense
     "whirl": (
         Rule("none", ("orbit_radius < whirl_floor * gap_scale",)),
+        # too few samples for a spectrum, see `analysis.whirl.FEWEST`
+        Rule("none", ("whirl_ratio == 0", "line_frequency == 0")),
         Rule("forward", ("whirl_ratio > direction",)),
         Rule("backward", ("whirl_ratio < -direction",)),
         Rule("mixed"),

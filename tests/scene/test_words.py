@@ -221,6 +221,8 @@ def _whirl(numbers, limits):
     floor = limits.whirl_floor * float(numbers["gap_scale"])
     if float(numbers["orbit_radius"]) < floor:
         return "none"
+    if numbers["whirl_ratio"] == 0.0 == numbers["line_frequency"]:
+        return "none"
     if abs(numbers["whirl_ratio"]) <= limits.direction:
         return "mixed"
     return "forward" if numbers["whirl_ratio"] > 0 else "backward"
