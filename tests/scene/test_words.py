@@ -147,6 +147,7 @@ def twin(numbers, limits):
     if stop in {"nonfinite", "complementarity"} or broken:
         return LOST
     fed = numbers["ledger_rotation"] + numbers["ledger_friction"]
+    fed += max(-numbers["ledger_damping"], 0.0)  # by supports
     loaded = numbers["end_time"] - numbers["window"] < numbers["load_end"]
     rate = min(numbers["growth_rate"], numbers["growth_rotor"])
     still = loaded and rate * numbers["window"] <= limits.rise
