@@ -26,7 +26,8 @@ Value = float | int | str
 STEADY_SHARE = 0.4  # share of a run, at its end, that is the window of evidence
 BLOCKS = 12  # blocks of the window over which energy is averaged
 SETTLED = 0.2  # share of a run, at its beginning, that `summit` leaves out
-FED = ("pulse", "friction", "rotation")  # terms of the ledger that feed energy
+# terms of the ledger that may feed energy: supports do as negative damping
+FED = ("pulse", "friction", "rotation", "damping")
 HARDLY = 1e-10  # distance from an unbalanced rotor's circle / circle's radius, as 0
 NOTHING = 1e-280  # J, energy up to which a body counts as at rest
 
@@ -281,7 +282,7 @@ def evidence(
     late_contacts (1 if the window has contact), load_end (s; 0 without a load),
     certificate (s, -1 for none), certificate_reach (m), ledger_error, gap_error,
     step_share (-), gap_scale (m), slip_ratio (-, see `slip_ratio`), ledger_pulse,
-    ledger_friction, ledger_rotation (J, of the whole run)
+    ledger_friction, ledger_rotation, ledger_damping (J, of the whole run)
     """
     judged, end = _resolved(history), history.end
     start = (1 - STEADY_SHARE) * end
@@ -349,8 +350,10 @@ def _growing(
     squared = _squared(centre, history.circle[first:], far)
     rest = max(least, NOTHING)
     rates = _rates(np.stack([time, *energies, squared]), (rest, rest, NOTHING, NOTHING))
-    if history.free_growth > 0.0 and not energies[1].all():  # at rest for a while
-        rates["growth_rotor"] = max(rates["growth_rotor"], history.free_growth)
+    rests = energies[1] == 0.0
+    free = np.broadcast_to(history.free_growth, judged.time.shape)[first:][rests]
+    if (free > 0.0).any():
+        rates["growth_rotor"] = max(rates["growth_rotor"], float(free.max()))
     rates["summit"] = summit(judged.time, rotor, start)
     return rates, energies[0].mean() if len(time) else 0.0
 

@@ -199,6 +199,8 @@ def whole_revolutions(time: Floats, speed: float) -> slice:
 def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
     """Return the evidence of whirl, such as direction and radius, of an orbit.
 
+    Of fewer than `FEWEST` samples it is the radius alone; all other numbers are 0.
+
     Parameters
     ----------
     time : (n,), s, equally spaced
@@ -208,12 +210,12 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
     part = whole_revolutions(time, speed)
     orbit = centre[part, 0] + 1j * centre[part, 1]
     count = len(orbit)
-    if count < FEWEST:
+    if count == 0:
         return WhirlNumbers(0.0, 0.0, 0.0, 0.0)
     orbit = orbit - np.add.reduce(orbit) / count  # `np.mean` takes twice as long
     radius = float(np.sqrt(np.add.reduce(np.abs(orbit) ** 2) / count))
-    if not radius > 0.0:
-        return WhirlNumbers(0.0, 0.0, 0.0, 0.0)
+    if count < FEWEST or not radius > 0.0:
+        return WhirlNumbers(0.0, 0.0, 0.0, radius)
     sign = sense_of(speed)
     interval = float(time[1] - time[0])
     scaled = orbit / radius  # squares of tiny orbits would be denormal

@@ -106,9 +106,10 @@ class History:
         without unbalance
     blur : energy, J, and squared distance of the centre, m^2, up to which a motion
         about the circle may be round-off; 0 for schemes that compute this motion
-    free_growth : 1/s, growth rate of the rotor's fastest growing free motion; 0 if all
-        decay, if round-off explains it, if the speed changes, or if the rotor moves
-        throughout the second half of the run
+    free_growth : (b,) or (1,), 1/s, growth rate of the rotor's fastest growing free
+        motion, at the speed of each of the b samples of the evidence; 0 if all decay,
+        if round-off explains it, or if the rotor moves throughout the second half of
+        the run, of a changing speed throughout all of it
     worn : (n, M), m, depth of each of M rods of a layer on the casing; (0, M) unless
         stored
     layer : (3, M), at the end: worn depth, m, work of wear, J, and work of the rotation
@@ -149,7 +150,7 @@ class History:
     layer: Floats = field(default_factory=lambda: np.zeros((3, 0)))
     circle: Floats = field(default_factory=lambda: np.zeros((1, 2)))
     blur: tuple[float, float] = (0.0, 0.0)
-    free_growth: float = 0.0
+    free_growth: Floats = field(default_factory=lambda: np.zeros(1))
 
 
 def since(history: History, start: float) -> History:
@@ -175,15 +176,20 @@ def between(history: History, start: float, end: float) -> History:
     numbers = {n: getattr(judged, n) for n in judged.__dataclass_fields__}
     part = {n: each[rows] if len(each) else each for n, each in numbers.items()}
     part["time"] = part["time"] - start
-    same, last = len(history.circle) == len(rows), history.last_contact
+    last = history.last_contact
     if last > end:
         fed = np.flatnonzero(np.diff(judged.fed[judged.time <= end]))
         last = float(judged.time[fed[-1] + 1]) if len(fed) else -1.0
+    circle, growth = (
+        each[rows] if len(each) == len(rows) else each
+        for each in (history.circle, history.free_growth)
+    )
     proved = 0.0 <= history.certificate <= end
     return replace(
         history,
         judged=Evidence(**part),
-        circle=history.circle[rows] if same else history.circle,
+        circle=circle,
+        free_growth=growth,
         end=end - start,
         last_contact=max(last - start, -1.0),
         certificate=history.certificate - start if proved else -1.0,

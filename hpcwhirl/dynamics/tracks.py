@@ -9,7 +9,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.limits import shortest_limits
-from hpcwhirl.case.speed import law_of
+from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.case.unbalance import centre_of, circle, swing
 from hpcwhirl.dynamics.casing import unfolded
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
@@ -29,6 +29,7 @@ STOPS = {  # {counter STOP: name of the reason for the end of a run}
     3: "complementarity",
     CERTAIN: "certain",
 }
+KNOTS = 17  # speeds of a run at which growth is computed; linear between them
 NO_LAYER = np.zeros((3, 0))  # for kernels whose states have no `worn`
 
 
@@ -112,7 +113,7 @@ def history_of(march: March) -> History:
         folds=folds,
         circle=_circle(march, judged.time),
         blur=_blur(march),
-        free_growth=_free_growth(march, judged.rotor),
+        free_growth=_free_growth(march, judged),
         stress=march.stresses[:count],
         worn=kept.worn,
         layer=getattr(march.state, "worn", NO_LAYER),
@@ -169,22 +170,30 @@ def _blur(march: March) -> tuple[float, float]:
     return march.steps * energy, march.steps * squared
 
 
-def _free_growth(march: March, energy: Floats) -> float:
-    """Return the growth rate of the rotor's fastest growing free motion, 1/s.
+def _free_growth(march: March, judged: Evidence) -> Floats:
+    """Return the growth rate of the rotor's fastest growing free motion, (b,), 1/s.
 
-    It is 0 unless the terms of rotation make a motion grow, see `History`. It takes
-    longer to compute than all else of a history, and is computed only for a rotor that
-    is at rest at some time in the second half of the run; else it is 0, too.
+    It is that at the speed of each of b rows of evidence; at a constant speed, and if
+    it is 0 throughout, (1,). It is 0 unless the terms of rotation make a motion grow,
+    see `History`. It takes longer to compute than all else of a history, and is
+    computed only for a rotor that is at rest at some time in the second half of the
+    run, or, if the speed changes, at any time; else it is 0, too.
 
-    energy : (b,), J, of the rotor, at the rows of evidence
+    judged : evidence of the run
     """
     scene, rotor = march.scene, march.model.rotor
-    if scene.engine.rotation != "full" or law_of(scene) is not None:
-        return 0.0
-    if (np.abs(energy[len(energy) // 2 :]) > _blur(march)[0]).all():
-        return 0.0
-    rate = largest_growth(rotor, march.model.blades, scene.speed)
-    return rate if rate > ROUND_OFF * float(rotor.omega.max()) else 0.0
+    changes = law_of(scene) is not None
+    energy = judged.rotor if changes else judged.rotor[len(judged.rotor) // 2 :]
+    rests = np.abs(energy) <= _blur(march)[0]
+    if scene.engine.rotation != "full" or not rests.any():
+        return np.zeros(1)
+    speeds = speed_at(scene, judged.time) if changes else np.array([scene.speed])
+    seen = speeds[rests] if changes else speeds
+    knots = np.linspace(seen.min(), seen.max(), KNOTS if changes else 1)
+    rates = [largest_growth(rotor, march.model.blades, at) for at in knots.tolist()]
+    least = ROUND_OFF * float(rotor.omega.max())
+    grown = np.where(np.array(rates) > least, rates, 0.0)
+    return np.asarray(np.interp(speeds, knots, grown))
 
 
 def _judged(march: March) -> Evidence:

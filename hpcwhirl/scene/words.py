@@ -138,7 +138,8 @@ DEFINED = {
     "clear": "abs(growth_rate) > significance * growth_error",
     "growth_shaft": "growth_centre * (orbit_radius >= whirl_floor * gap_scale)",
     "rise_of_both": "min(growth_rate, growth_rotor) * window",
-    "fed_less": "ledger_rotation + ledger_friction <= ledger_pulse",
+    "fed_less": "ledger_rotation + ledger_friction + max(-ledger_damping, 0)"
+    " <= ledger_pulse",
     "carried": "fed_less or (begin < load_end and rise_of_both <= rise)",
     "steady_rub": "growth_casing != 0"
     " and max(abs(growth_casing), abs(growth_shaft)) * window <= drift",
@@ -164,13 +165,14 @@ RULES = {
         Rule("unstable", ("gap_error > opening",)),
         Rule("unstable", ("step_share >= 1",)),
         # the pulse carried the tips to the amplitude limit: it put in more energy than
-        # rotation and friction, or acts within the window, in which nothing grows
+        # rotation, friction and supports, or acts within the window, in which nothing
+        # grows
         Rule("overloaded", ("stop == 'amplitude'", "carried")),
         Rule("stopped", ("stop == 'amplitude'",)),
         Rule("completed"),
     ),
     "regime": (
-        # rotation and friction carried the tips to the amplitude limit, not the load
+        # rotation, friction, supports carried the tips to the amplitude limit, no load
         Rule("divergent", ("stop == 'amplitude'",)),
         # the pulse still acts within the window
         Rule("undecided", ("begin < load_end",)),
@@ -202,6 +204,8 @@ RULES = {
     # frequency: a small fast line would outweigh a large slow one of opposite sense
     "whirl": (
         Rule("none", ("orbit_radius < whirl_floor * gap_scale",)),
+        # too few samples for a spectrum, see `analysis.whirl.FEWEST`
+        Rule("none", ("whirl_ratio == 0", "line_frequency == 0")),
         Rule("forward", ("whirl_ratio > direction",)),
         Rule("backward", ("whirl_ratio < -direction",)),
         Rule("mixed"),

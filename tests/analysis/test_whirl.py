@@ -77,6 +77,17 @@ def test_an_orbit_is_judged_over_whole_revolutions():
     assert numbers.radius == pytest.approx(1e-4, rel=1e-12)
 
 
+@pytest.mark.parametrize("count", [1, 2, 3, 15])
+def test_an_orbit_of_few_samples_has_a_radius_and_no_direction(count):
+    turned = 2 * np.pi * np.arange(count) / count  # a circle about the mean
+    orbit = 3e-3 + 1e-4 * np.exp(1j * turned)
+    numbers = whirl_numbers(
+        TIME[:count], np.column_stack([orbit.real, orbit.imag]), 410.0
+    )
+    radius = 0.0 if count == 1 else 1e-4
+    assert numbers == type(numbers)(0.0, 0.0, 0.0, pytest.approx(radius, rel=1e-9))
+
+
 def test_rest_has_no_direction():
     _, numbers = named(np.zeros(len(TIME)) + 0j, 410.0)
     assert numbers == type(numbers)(0.0, 0.0, 0.0, 0.0)

@@ -24,7 +24,7 @@ from hpcwhirl.dynamics.history import Evidence
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.waves import tip_growth, turning_matrices
+from hpcwhirl.reduction.waves import largest_growth, tip_growth, turning_matrices
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.structure.elements import Section
 from hpcwhirl.structure.rotation import loads_of
@@ -228,6 +228,30 @@ def test_a_balanced_rotor_is_judged_by_what_contact_causes():
     still = replace(history.judged, whole=np.ones_like(history.judged.whole))
     found = evidence(march.scene, history)
     assert evidence(march.scene, replace(history, judged=still)) == found
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_rotor_at_rest_is_not_damped_at_speeds_where_its_free_motion_grows(sense):
+    """Over them and speeds at which all motion decays, up and down."""
+    own = {
+        "rotation": "full", "blades": 5, "modes": 10, "casing.harmonics": 3,
+        "rotor.damping": 0.02, "suspension_damping": 0.02, "force": 0.0, "gap": 0.01,
+        "time_step": 2e-5, "duration": 0.2, "output.windows": 8,
+    }  # fmt: skip
+    for first, last, words in (
+        (760.0, 800.0, ["damped", "undecided"]),
+        (800.0, 760.0, ["undecided", "damped"]),
+    ):
+        rate = sense * (last - first) / 0.2
+        march = march_of(**own, speed=sense * first, acceleration=rate)
+        rotor, history = march.model.rotor, march.run()
+        assert not history.judged.rotor.any()
+        row = result_of(march.case, history).row
+        assert [one.regime for one in spells_of(row["words_over_speed"])] == words
+        assert row["regime"] == words[-1]
+        for at, word in zip((first, last), words, strict=True):
+            grows = largest_growth(rotor, 5, sense * at) > 0.0
+            assert grows == (word == "undecided")
 
 
 def test_the_error_of_an_interval_is_of_second_order(passage):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from jeffcott import HEAVY, MASS, OWN, RATIO, stiff
 
+from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.unbalance import facts_of_unbalance, steady_at
 from hpcwhirl.dynamics.march import March
@@ -262,3 +263,40 @@ def test_a_step_is_stable_in_the_stiffer_direction(monkeypatch):
         march = kicked(March(resolve(scene)))
         march.advance(2000)
         assert (np.abs(march.state.q_b).max() < 1.0) == stays
+
+
+def test_velocities_of_an_unbalanced_rotor_are_those_of_its_displacements():
+    """Of central differences, with the part of its ellipse that turns backward."""
+    given = {
+        "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10,
+        "stiffness_difference": 1e7, "suspension_damping": 0.05, "unbalance": 1e-3,
+        "force": 0.0, "gap": 5e-3, "time_step": 2e-6, "duration": 1e-4,
+        "casing.kind": "rigid", "scheme": "general",
+    }  # fmt: skip
+    march = March(resolve(apply_settings(Scene(), given)))
+    motions = []
+    for _ in range(3):
+        march.advance(1)
+        motions.append(march.motion())
+    before, now, after = motions
+    moved = (after.rotor - before.rotor) / (2.0 * march.scene.solver.time_step)
+    size = np.abs(moved).max()
+    assert size > 0.1 * march.scene.speed * np.abs(now.rotor).max()
+    assert np.abs(now.rotor_velocity - moved).max() < 1e-6 * size
+
+
+def test_a_whirl_that_supports_drive_to_the_amplitude_limit_diverges():
+    """It takes its energy from cross coupling, not from the load or from contact."""
+    given = {
+        "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10,
+        "cross_coupling": 1.2e7, "force": 0.0, "gap": 0.1, "start_energy": 1.0,
+        "time_step": 2e-5, "duration": 1.0, "casing.kind": "rigid", "scheme": "modal",
+        "amplitude_limit": 0.05,
+    }  # fmt: skip
+    march = March(resolve(apply_settings(Scene(), given)))
+    history = march.run()
+    assert history.stop == "amplitude"
+    assert history.contacts == 0
+    assert -history.ledger["damping"] > 10.0 * history.ledger["pulse"]
+    facts = evidence(march.scene, history) | {"stop": history.stop}
+    assert name_regime(facts, Thresholds()) == ("stopped", "divergent", "forward")

@@ -355,6 +355,39 @@ def test_a_rotor_at_rest_is_not_damped_where_its_free_motion_grows(
     assert grown == pytest.approx(facts["growth_rotor"], rel=1e-3)
 
 
+OFF = {  # runs that begin at rest, and not in their motion without contact
+    "smaller circle": {"unbalance": 5e-2, "gap": 1e-5},
+    "unequal sectors": {
+        "unbalance": 5e-2, "gap": 1e-5, "mistuning": [0.01, -0.02, 0.03, 0.0, 0.01],
+    },
+    "lost blade": {"lost_blade": 2, "gap": 4e-3, "amplitude_limit": 0.5},
+    "run-up": {"acceleration": 900.0, "gap": 4e-3},
+}  # fmt: skip
+UNFIT = {("exact", "unequal sectors"), ("exact", "lost blade"), ("exact", "run-up"),
+         ("paper", "run-up")}  # fmt: skip
+STARTS = [(scheme, name) for scheme in ("paper", "general", "modal", "exact")
+          for name in OFF if (scheme, name) not in UNFIT]  # fmt: skip
+
+
+@pytest.mark.parametrize(("scheme", "name"), STARTS)
+def test_a_run_off_its_motion_without_contact_begins_at_rest(scheme, name):
+    """Its increments are those of two steps; one of 0 is a velocity of dt x'' / 2."""
+    own = {"force": 0.0, "unbalance": 0.0, "speed": 300.0, "duration": 3e-4}
+    ends = []
+    for step in (4e-6, 2e-6, 1e-6):
+        march = small(**own | OFF[name], scheme=scheme, time_step=step)
+        first = march.motion()
+        march.run()
+        last = march.motion()
+        fast = np.abs(last.rotor_velocity).max()
+        assert np.abs(first.rotor_velocity).max() < 1e-9 * fast
+        ends.append(last.rotor)
+    if name in ("lost blade", "run-up"):  # without contact: of second order
+        assert march.history().contacts == 0
+        missed = [np.abs(end - ends[-1]).max() for end in ends[:-1]]
+        assert missed[0] == pytest.approx(5.0 * missed[1], rel=0.1)
+
+
 @pytest.mark.parametrize("coupling", [0.0, 1.2e7])  # the whirl decays, or it grows
 def test_a_motion_far_below_the_circle_is_judged_as_the_motion_it_is(coupling):
     """At 1e-8 of the circle, in places that have its size, as in modes without it."""

@@ -147,6 +147,7 @@ def twin(numbers, limits):
     if stop in {"nonfinite", "complementarity"} or broken:
         return LOST
     fed = numbers["ledger_rotation"] + numbers["ledger_friction"]
+    fed += max(-numbers["ledger_damping"], 0.0)  # by supports
     loaded = numbers["end_time"] - numbers["window"] < numbers["load_end"]
     rate = min(numbers["growth_rate"], numbers["growth_rotor"])
     still = loaded and rate * numbers["window"] <= limits.rise
@@ -220,6 +221,8 @@ def _is_kept_up(value, limits, most=np.inf):
 def _whirl(numbers, limits):
     floor = limits.whirl_floor * float(numbers["gap_scale"])
     if float(numbers["orbit_radius"]) < floor:
+        return "none"
+    if numbers["whirl_ratio"] == 0.0 == numbers["line_frequency"]:
         return "none"
     if abs(numbers["whirl_ratio"]) <= limits.direction:
         return "mixed"

@@ -124,8 +124,8 @@ class EqualSectors(RotatingFrame):
 
         The circle, the rotor's motion without contact, is stored as one more wave, of
         constant amplitude, in the last row, see `turning_waves.Circle`. If the run must
-        start on a smaller circle, the other waves begin with the difference. Their
-        energy is entered in the ledger as work of the loading, and in the state's
+        start on a smaller circle, the other waves begin with the difference, at rest.
+        Their energy is entered in the ledger as work of the loading, and in the state's
         `sums_b`, which count the energy that waves receive.
 
         diameters : the rotor's waves of each nodal diameter
@@ -137,7 +137,7 @@ class EqualSectors(RotatingFrame):
             share_at_start(self.model, self.scene), self.state, diameters[1]
         )  # fmt: skip
         less = (share - 1.0) * steady.amplitude * steady.shape
-        rest, k = own.inverse @ np.concatenate([less, 0.0 * less]), len(state.lam) // 4
+        rest, k = own.amplitudes(less, 0.0 * less), len(state.lam) // 4
         rows = state.rotor[: self.arrays.rotor.hub.shape[1]].reshape(-1, 2, k)
         for f, value in [*enumerate(rest), (-1, steady.amplitude)]:
             rows[f, :, own.k] = value.real, value.imag
@@ -373,8 +373,8 @@ class UnequalSectors(RotatingFrame):
 
         The circle, the rotor's motion without contact, is the last wave, constant in
         the rotating frame. If the run must start on a smaller circle, the other waves
-        begin with the difference, and their energy is entered in the ledger as work of
-        the loading.
+        begin with the difference, at rest, and their energy is entered in the ledger as
+        work of the loading.
 
         waves : the rotor's other waves
         """
@@ -386,7 +386,7 @@ class UnequalSectors(RotatingFrame):
             self.state,
         )
         rest = (share - 1.0) * body.shapes.T @ (body.mass @ self.places)
-        state.rotor[waves.places] = waves.amplitudes(rest, 0.0 * rest)
+        self.rotor.write(state.rotor, rest, 0.0 * rest)
         state.rotor[waves.half - 1] = 1.0
         if share < 1.0:
             state.sums_b[2] = state.ledger[PULSE] = self.balance(state).energy

@@ -9,6 +9,7 @@ import numpy as np
 import hpcwhirl.dynamics.kernels.coupled
 import hpcwhirl.dynamics.kernels.modes
 import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, law_of
 from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
 from hpcwhirl.dynamics.kernels import passes
@@ -72,8 +73,8 @@ class _Spinning(TwoBodies):
         super().__init__(model, scene, modal_arrays(model, scene), both)
         if still is not None:
             lift = (share_at_start(model, scene) - 1.0) * held.lower()
-            now, before = (lift @ steady_at(model, scene, t) for t in (0.0, -step))
-            self.put_on_circle(now, now - before)
+            now, rate = (lift @ part for part in self._steady(0.0))
+            self.put_on_circle(now, held.steps.increments(now, rate))
 
     def motion(self, state: BodiesState, steps: int) -> Motion:
         """Return displacements and velocities of rotor and casing in a given state.
@@ -85,9 +86,22 @@ class _Spinning(TwoBodies):
         now = super().motion(state, steps)
         if self.still is None:
             return now
-        time = steps * self.scene.solver.time_step
-        swung = steady_at(self.model, self.scene, time) - self.still
-        return now._replace(rotor=now.rotor + swung)
+        places, rate = self._steady(steps * self.scene.solver.time_step)
+        return now._replace(
+            rotor=now.rotor + (places - self.still),
+            rotor_velocity=now.rotor_velocity + rate,
+        )
+
+    def _steady(self, time: float) -> tuple[Floats, Floats]:
+        """Return the motion by unbalance without contact at a time, s, (n,) each.
+
+        It is a displacement, m, and a velocity, m/s, by central differences.
+        """
+        step = self.scene.solver.time_step
+        before, now, after = (
+            steady_at(self.model, self.scene, time + d) for d in (-step, 0.0, step)
+        )
+        return now, (after - before) / (2.0 * step)
 
 
 class _Driven(TwoBodies):
@@ -95,13 +109,15 @@ class _Driven(TwoBodies):
 
     Its state has two motions of the rotor, that due to contact and that due to
     unbalance and changing speed, see `dynamics.varying`.
+
+    moves : whether the run starts from a motion, not at rest in the rotating frame
     """
 
     def __init__(self, model: Model, scene: Scene) -> None:
         step, own = scene.solver.time_step, DrivenRotor(model, scene)
         plain, mass = modal_arrays(model, scene), model.rotor.mass
         body = driven(plain.rotor, own)
-        self.own, self.steps = own, DrivenSteps(own, body, step)
+        self.own, self.steps, self.moves = own, DrivenSteps(own, body, step), False
         none = np.zeros(len(own.shapes))
         held = Coordinates(self.steps, own.shapes, lambda: own.shapes.T @ mass, none)
         both = held, modal_coordinates(model.casing, step)
@@ -118,6 +134,7 @@ class _Driven(TwoBodies):
         state = self.state
         super().begin(motion)
         self.steps.set_out(state, self.held[0].lower() @ motion.rotor_velocity)
+        self.moves = True
         state.ledger[PULSE] = self.balance(state).energy
         return True
 
@@ -137,7 +154,7 @@ class _Driven(TwoBodies):
         contact.w_rotor[:] = self.own.compliance(body, mu)
         if not state:
             return
-        if state.counter[STEP] == 0 and self.steady is not None:  # at rest
+        if state.counter[STEP] == 0 and not self.moves:  # at rest
             self.steps.set_out(state, np.zeros(len(self.own.order)))
         state.ledger[PULSE] += self.balance(state).energy - before
 

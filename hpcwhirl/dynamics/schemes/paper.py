@@ -28,6 +28,8 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
     whole = TwoBodies(model, scene, arrays, held)
     whole.of_modes = False
     if places is not None:
-        whole.put_on_circle(share_at_start(model, scene) * places, 0.0 * places)
+        share = share_at_start(model, scene)
+        rises = rotor.steps.increments((share - 1.0) * places, 0.0 * places)
+        whole.put_on_circle(share * places, rises)
         whole.jitter = jitter(arrays.rotor, model, step)
     return whole
