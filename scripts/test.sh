@@ -25,8 +25,8 @@ fail() { echo "test: $*" >&2; exit 1; }
 # the second run must test what the first one did.
 on_wheels() (
   export HPCWHIRL_VENV=$root/.venv HPCWHIRL_EXTRAS=dev HPCWHIRL_MPI=${HPCWHIRL_MPI:-mpich}
-  [ -x "$HPCWHIRL_VENV/bin/python" ] || fetch_packages "$HPCWHIRL_VENV" ||
-    say "uv could not install the packages: pip does"
+  [ -x "$HPCWHIRL_VENV/bin/python" ] || fetch_uv "$HPCWHIRL_VENV" ||
+    say "uv could not be installed: pip takes its place"
   # shellcheck source=scripts/environment.sh
   . scripts/environment.sh
   export HPCWHIRL_MPIRUN=$MPIRUN
@@ -45,13 +45,10 @@ on_wheels() (
   pytest --processor=40 -m "mpi and not evidence" "${files[@]}"  # alone: ranks need cores
 )
 
-# What environment.sh would install, for a fifth of pip's processor time; its own pip
-# then checks that nothing is missing.
-fetch_packages() {  # VENV
+# environment.sh installs the packages with it.
+fetch_uv() {  # VENV
   "${PYTHON:-python3}" -m venv "$1" &&
-    "$1/bin/python" -m pip --quiet --disable-pip-version-check install --no-compile "$uv" &&
-    "$1/bin/uv" pip install --quiet --no-cache --system-certs --python "$1/bin/python" \
-      -e "${root}[dev]"
+    "$1/bin/python" -m pip --quiet --disable-pip-version-check install --no-compile "$uv"
 }
 
 # To collect all tests takes ten seconds; tests/conftest.py checks that none is missed.
@@ -115,7 +112,8 @@ build_h5py() {  # VENV
 }
 
 on_mpiio() (
-  export HPCWHIRL_VENV=$root/.venv-mpiio HPCWHIRL_EXTRAS=dev
+  # without extras: their packages are those of part one
+  export HPCWHIRL_VENV=$root/.venv-mpiio HPCWHIRL_EXTRAS=
   system_packages "the MPI-IO tests" "${packages[@]}"
   # Debian's own, even where another MPI comes first on PATH.
   MPI4PY_LIBMPI=$(first_of "Open MPI" /usr/lib/*/libmpi.so.40)

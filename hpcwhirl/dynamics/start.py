@@ -21,7 +21,6 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import ndtri
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.profile import departure_at_start
@@ -114,6 +113,8 @@ def _normal(draw: float, part: str, name: str) -> float:
     draw, part : the input start_draw; "place" for an amplitude, "rate" for its velocity
     name : label of a mode
     """
+    from scipy.special import ndtri  # slow to import
+
     told = hashlib.sha256(f"{draw!r} {part} {name}".encode()).digest()
     whole = int.from_bytes(told[:8]) >> (64 - BITS)
     return float(ndtri((whole + 0.5) / 2**BITS))

@@ -8,7 +8,17 @@ import signal
 import time
 
 import pytest
-from launch import LIMIT, finish, kill, launch, pid_of, records, root_variables, start
+from launch import (
+    BARE,
+    LIMIT,
+    finish,
+    kill,
+    launch,
+    pid_of,
+    records,
+    root_variables,
+    start,
+)
 
 from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import load_design
@@ -26,7 +36,7 @@ sweep = {{speed = {{start = 300, stop = 500, num = {speeds}}}, friction = [0.0, 
 
 def inputs(place, speeds, duration):
     path = place / "campaign.toml"
-    path.write_text(CAMPAIGN.format(speeds=speeds, duration=duration))
+    path.write_text(BARE + CAMPAIGN.format(speeds=speeds, duration=duration))
     return load_design(path, {})
 
 
@@ -105,7 +115,7 @@ def survives(place, design, kills, sizes, seed, bound):
         if not victims:
             return
         out = place / f"out-{number}"
-        words = ["campaign", place / "campaign.toml", "--report=no", "--out", out]
+        words = ["campaign", place / "campaign.toml", "--out", out]
         kept = []
         while victims and left_of(out, cases) > cases // 4:
             assert time.monotonic() < end_of_test, f"{len(victims)} kills to go"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from launch import script
 
-from hpcwhirl.campaign.plan.cost import Costs, costs_of
+from hpcwhirl.campaign.plan.cost import FEW, NEAREST, Costs, costs_of, neighbours_of
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.ranks import Tally, map_ranks, told
 from hpcwhirl.campaign.work_queue import MOST, JobQueue, Order, Questions, WorkQueue
@@ -154,6 +154,17 @@ def test_costs_are_learned_from_neighbours_and_reorder_what_is_left():
     assert np.median(np.abs(found / truth[rest] - 1)) < 0.05
     left = queue.seconds_left()
     assert left == pytest.approx(truth[rest].sum(), rel=0.15)
+
+
+@pytest.mark.parametrize("count", [1, 3, NEAREST, FEW, FEW + 1])
+def test_the_nearest_finished_cases_are_found_with_and_without_a_tree(count):
+    rng = np.random.default_rng(4)
+    places, of = rng.random((50, 3)), rng.random((count, 3))
+    away, which = neighbours_of(places, of)
+    distance = np.linalg.norm(places[:, None] - of, axis=2)
+    least = np.sort(distance, axis=1)[:, :NEAREST]
+    assert np.allclose(np.sort(away, axis=1), least, rtol=1e-12)
+    assert np.allclose(np.take_along_axis(distance, which, axis=1), away, rtol=1e-12)
 
 
 def test_another_scheme_is_asked_only_where_nothing_else_is_known():

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 import pytest
-from numba import njit
 
 from hpcwhirl.analysis.blade_motion import lobes_of, wear_numbers
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels.bodies import layer_space
+from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.contact import ENTRIES, IMPACT, WEAR, contact_space
 from hpcwhirl.dynamics.kernels.kernel_types import Layer, Points
 from hpcwhirl.dynamics.kernels.layer import leave, press, to_worn, wear
@@ -21,21 +21,21 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 
 
-@njit
+@kernel
 def step(layer, worn, gaps, last, angles, rest):
-    points, w, lam, opened, space, own, ledger = rest
+    """Return the number of tips that press; -1 where none was found."""
+    points, w, ring, lam, opened, space, own, ledger = rest
     if to_worn(angles[1], angles[0], points, worn, layer.under, own, gaps) < 0.0:
-        none, index = np.zeros((0, 0)), np.zeros((len(gaps), 0), np.int64)
-        shape, soft = np.zeros((len(gaps), 0)), layer.soft
+        (none, index, shape), soft = ring, layer.soft
         leave(layer, worn, last, ledger, own)
         found = press(
             layer, soft, worn, gaps, w, none, index, shape, lam, opened, space, own
         )
-        if found < 0:
-            raise ValueError
         wear(layer, soft, worn, lam, last, ledger, own)
-    else:
-        lam[:], opened[:] = 0.0, gaps
+        return found
+    for j in range(len(gaps)):
+        lam[j], opened[j] = 0.0, gaps[j]
+    return 0
 
 
 STIFF, HARD, LIMIT = 3e6, 1e6, 20.0  # N/m, N/m, N of a rod
@@ -53,12 +53,13 @@ def pushed(depths, give=1e-18, layer=PLASTIC, turn=0.0, rods=8):
     at = np.array([0.0, math.pi])
     points = Points(at, at, np.zeros(2), np.zeros((2, 0)))
     w = np.array([[give, 0.2 * give], [0.2 * give, give]])
+    ring = np.zeros((0, 0)), np.zeros((2, 0), np.int64), np.zeros((2, 0))
     forces, opened = [], np.zeros(2)
     for n, depth in enumerate(depths):
         gaps, last = np.array([-depth, -0.5 * depth]), opened.copy()
         angles = np.array([0.1 + turn * n, 0.1 + turn * (n + 1)])
-        rest = points, w, lam, opened, space, own, ledger
-        step(layer, worn, gaps, last, angles, rest)
+        rest = points, w, ring, lam, opened, space, own, ledger
+        assert step(layer, worn, gaps, last, angles, rest) >= 0
         assert opened == pytest.approx(gaps + w @ lam, abs=1e-15)
         forces.append(lam.copy())
     return SimpleNamespace(

@@ -36,6 +36,7 @@ MOST_KNOWN = 4096  # largest number of finished cases considered
 APART = 10.0
 CLOSE = 1e-4  # squared distance below which finished cases have equal weight
 AT_ONCE = 1 << 16  # number of cases whose neighbours are searched together
+FEW = 64  # up to so many finished cases are compared without a tree: a slow import
 MOST_MODELS = 512  # largest number of models built to get their time step
 # inputs on which the time step does not depend, or only if they are extreme
 STEPLESS = frozenset({
@@ -103,19 +104,36 @@ class Costs:
         known = np.flatnonzero(np.isfinite(self.factor))
         if not len(known) or not len(chosen):
             return self.nominal[chosen]
-        from scipy.spatial import cKDTree  # needed on rank 0 only
-
         known = known[:: -(-len(known) // MOST_KNOWN)]
-        nearest = np.arange(1, 1 + min(NEAREST, len(known)))
-        tree, factor = cKDTree(self.places[known]), self.factor[known]
+        finished, factor = self.places[known], self.factor[known]
         out = np.empty(len(chosen))
         for start in range(0, len(chosen), AT_ONCE):
             part = slice(start, start + AT_ONCE)
-            away, which = tree.query(self.places[chosen[part]], nearest)
+            away, which = neighbours_of(self.places[chosen[part]], finished)
             weight = 1.0 / (away**2 + CLOSE)
             mean = (weight * factor[which]).sum(axis=1) / weight.sum(axis=1)
             out[part] = self.nominal[chosen[part]] * mean
         return out
+
+
+def neighbours_of(places: Floats, of: Floats) -> tuple[Floats, NDArray[np.intp]]:
+    """Return distances and indices of the nearest points, (m, k) each, in any order.
+
+    k is `NEAREST`, or n if that is less.
+
+    places, of : (m, d), points; (n, d), those among which the nearest are searched
+    """
+    count = min(NEAREST, len(of))
+    if len(of) > FEW:
+        from scipy.spatial import cKDTree
+
+        away, which = cKDTree(of).query(places, np.arange(1, 1 + count))
+        return away, which
+    squares = np.zeros((len(places), len(of)))
+    for own, other in zip(places.T, of.T, strict=True):
+        squares += np.subtract.outer(own, other) ** 2
+    which = np.argpartition(squares, count - 1, axis=1)[:, :count]
+    return np.sqrt(np.take_along_axis(squares, which, axis=1)), which
 
 
 class RefinedCosts(Costs):

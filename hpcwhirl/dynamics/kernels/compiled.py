@@ -8,7 +8,9 @@ argument.
 For every function numba makes an entry for Python, another for C, and machine code that
 is optimised together with everything it calls, again at each level of calls. A *part*
 has no entries, is typed and lowered once, and is optimised where it is linked. Where
-numba inlines a function, it types a copy for each call; here LLVM inlines instead.
+numba inlines a function, it types a copy for each call; here LLVM inlines instead. To
+type an operation, such as a sum of two numbers, numba tries some ten rules and words
+why most do not apply; here its type is remembered for each kind of operands.
 
 This depends on internals of numba. HPCWHIRL_PLAIN_NUMBA=1 compiles the same functions
 with `numba.njit` only: the same bits, but slower to compile and to run, for another
@@ -29,6 +31,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
+from numba.core.types.functions import BaseFunction
 
 numba_njit: Any = njit  # Any: its type hints lack the options used below
 PLAIN = os.environ.get("HPCWHIRL_PLAIN_NUMBA", "0") not in {"", "0"}
@@ -48,6 +51,31 @@ def _no_collection() -> Iterator[None]:
     finally:
         if was:
             gc.enable()
+
+
+Operation: Any = BaseFunction  # numba's type of sums, products, square roots, ...
+TYPED: dict[int, tuple[Any, dict[Any, Any]]] = {}  # {id: (operation, its types)}
+type_of_call = Operation.get_call_type  # numba's own
+
+
+def known_type(operation: Any, context: Any, args: Any, kws: Any) -> Any:
+    """Return the signature of an operation of numba, which it works out only once.
+
+    One that numba implements by compiling a function of its own is not remembered: its
+    code depends on the caller's options.
+    """
+    _, known = TYPED.setdefault(id(operation), (operation, {}))
+    key = (context, *args, *kws.items())
+    found = known.get(key)
+    if found is None:
+        found = type_of_call(operation, context, args, kws)
+        if operation._impl_keys.get(found.args) is operation.typing_key:
+            known[key] = found
+    return found
+
+
+if not PLAIN:
+    Operation.get_call_type = known_type
 
 
 class KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
