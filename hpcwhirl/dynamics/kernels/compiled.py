@@ -74,8 +74,15 @@ def known_type(operation: Any, context: Any, args: Any, kws: Any) -> Any:
     return found
 
 
-if not PLAIN:
+@contextmanager
+def _types_known() -> Iterator[None]:
+    """Let numba work out the type of each operation once, while a kernel compiles."""
+    before = Operation.get_call_type
     Operation.get_call_type = known_type
+    try:
+        yield
+    finally:
+        Operation.get_call_type = before
 
 
 class KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
@@ -181,8 +188,8 @@ class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
     twin: Any  # the same function compiled as a `Part`
 
     def compile(self, sig: Any) -> Any:
-        """Compile the function for a signature, without garbage collection."""
-        with _no_collection():
+        """Compile the function for a signature, with what makes numba faster."""
+        with _no_collection(), _types_known():
             return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
