@@ -175,7 +175,7 @@ def _conclude_early(args: argparse.Namespace, ending: Any) -> int:
     if ending.lasting:
         tell_error(f"{ending.reason}; finished cases are safe in {args.out}")
         return WRONG_INPUT
-    _tell_stopped(args.out, ending.reason)
+    _tell_stopped(args.out, ending.reason, moved=not Path(args.out, PLAN).exists())
     return FAILED if ending.gave_up else STOPPED
 
 
@@ -275,12 +275,16 @@ def _is_after(results: Path, paths: list[Path]) -> bool:
         return False
 
 
-def _tell_stopped(out: Directory | Path, reason: str) -> None:
+def _tell_stopped(out: Directory | Path, reason: str, *, moved: bool = False) -> None:
+    """Print that a campaign has stopped early, and what to do.
+
+    out, reason : its directory; why it stopped, "" if that is not known
+    moved : whether the directory is no longer there
+    """
     why = f": {reason}" if reason else ""
-    safe = (
-        f"; finished cases are safe in {out}; the same command continues the campaign"
-    )
-    say(f"stopped early{why}{safe if Path(str(out), PLAN).exists() else ''}")
+    safe = f"finished cases are safe in {out}"
+    then = "" if moved else f"; {safe}; the same command continues the campaign"
+    say(f"stopped early{why}{then}")
 
 
 def _failures(ending: Any) -> str:

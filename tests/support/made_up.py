@@ -55,7 +55,7 @@ def evidence(random):
         "load_end": float(random.choice([0.0, 0.0, 0.0, 0.0, 0.9])),
         "late_fed": fed, "late_friction": 0.7 * fed, "late_rotation": 0.3 * fed,
         "ledger_rotation": 0.5 * fed, "ledger_friction": 0.5 * fed,
-        "ledger_damping": float(random.choice([-0.3, 0.0, 0.3])) * abs(fed),
+        "ledger_damping": (-0.3, 0.0, 0.3)[int(1e6 * lost) % 3] * abs(fed),
         "ledger_pulse": float(random.choice([0.0, 0.9, 1.0, 1.1])) * abs(fed),
         "late_lost": lost, "late_contacts": int(random.integers(4) > 0),
         "late_energy": lost / limits.turnover / random.choice([0.5, 1.0, 2.0, 5.0]),

@@ -115,13 +115,13 @@ class Layout:
         values, has = [], 0
         for bit, table, name, kind, usual in self._writes:
             part = left.get(table, NOTHING) if table else left
-            value = part.get(name)
-            if usual is None or not isinstance(value, usual):
-                try:
-                    value = kind.write(part[name])
-                except (KeyError, TypeError, ValueError, OverflowError):
-                    values.append(kind.empty)
-                    continue
+            try:
+                value = part[name]
+                if usual is None or not isinstance(value, usual):
+                    value = kind.write(value)
+            except (KeyError, TypeError, ValueError, OverflowError):
+                values.append(kind.empty)
+                continue
             values.append(value)
             del part[name]
             has |= bit
