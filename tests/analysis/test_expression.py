@@ -30,6 +30,7 @@ CASES = {
     "regime": ["damped", "sustained", "divergent", "none"],
     "late_lost": [math.nan, math.inf, -math.inf, 0.0],
 }
+SIDES = ("1 < 2", "1 > 2", "late_lost > 2")  # the last is missing in one case
 TEXTS = [
     "speed > 300", "300 <= speed < 500 < 501", "gap == 2e-4", "gap != 2e-4",
     "not speed / 2 - 50 >= 2e2 and (300 < speed < 450 or regime == damped)",
@@ -54,6 +55,7 @@ TEXTS = [
     "late_lost in (1, 0)", "late_lost not in (1, 0)", "1 < speed < late_lost",
     "speed * (late_lost > 0)", "log(gap) > 0 or regime == none", "not log(gap) > 0",
     "toString(1)", "constructor", "__proto__ == 1",
+    *(f"{a} {both} {b}" for both in ("and", "or") for a in SIDES for b in SIDES),
 ]  # fmt: skip
 PAGE = """
 const told = JSON.parse(require("fs").readFileSync(0, "utf8"));

@@ -150,7 +150,11 @@ const same = (x, y) =>
 // A comparison with a missing number is missing: NaN, neither true nor false.
 const isMissing = (x) => Number.isNaN(x);
 const compared = (holds) => (a, b) => (isMissing(a) || isMissing(b) ? NaN : holds(a, b));
-const truth = (x) => (isMissing(x) ? NaN : Boolean(x));
+// `and` is false if one side is, `or` true if one side is; else it may be missing.
+const either = (a, b, wins) => {
+  if ([a, b].some((x) => !isMissing(x) && Boolean(x) === wins)) return wins;
+  return isMissing(a) || isMissing(b) ? NaN : !wins;
+};
 
 const MEANING = {
   "+": (a, b) => a + b,
@@ -163,8 +167,8 @@ const MEANING = {
   "<=": compared((a, b) => a <= b),
   ">": compared((a, b) => a > b),
   ">=": compared((a, b) => a >= b),
-  and: (a, b) => truth(a) === false || truth(b) === false ? false : truth(a) && truth(b),
-  or: (a, b) => truth(a) === true || truth(b) === true ? true : truth(a) || truth(b),
+  and: (a, b) => either(a, b, false),
+  or: (a, b) => either(a, b, true),
   not: (a) => (isMissing(a) ? NaN : !a),
   negative: (a) => -a,
   abs: Math.abs,
