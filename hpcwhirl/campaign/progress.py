@@ -291,7 +291,7 @@ class Seen:
                 when, seconds = (rows.numbers(n, np.nan) for n in ("ended", SECONDS))
                 columns.append((numbers, when, np.nan_to_num(seconds)))
                 own, names = numbers >= 0, ("status", "row.outcome", "row.regime")
-                stated, outcome, regimes = (rows.words(n).astype(str) for n in names)
+                stated, outcome, regimes = map(rows.words, names)
                 status[numbers[own]] = stated[own]
                 word[numbers[own]] = words_of(stated, outcome, regimes)[own]
                 last[numbers[own]] = np.nan_to_num(when[own], nan=0.0)

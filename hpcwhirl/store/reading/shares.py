@@ -54,13 +54,15 @@ for _word in REGIMES:
     SHARE |= _quantities(f"share_{_word}", f"share of twins that are {_word}")
 
 
-def words_of(status: Words, outcome: Words, regime: Words) -> Words:
+def words_of(
+    status: NDArray[Any], outcome: NDArray[Any], regime: NDArray[Any]
+) -> NDArray[Any]:
     """Return the word by which maps and tables show each case, (cases,).
 
     It is the regime or, for a case without one, outcome or status.
     `scene.words.word_of` is the same for a single case.
 
-    status, outcome, regime : (cases,), words of each case
+    status, outcome, regime : (cases,), words of each case, as text or as objects
     """
     named = np.where(regime == "none", "unstable", regime)
     named = np.where(np.isin(outcome, NO_REGIME), outcome, named)
