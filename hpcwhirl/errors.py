@@ -90,12 +90,16 @@ def unreadable(path: Path | str, failed: OSError) -> MissingFileError:
 
 def cases_told(count: int) -> str:
     """Return a number of cases as text, such as "1 case" or "22 cases"."""
-    return f"{count} case" if count == 1 else f"{count} cases"
+    return _counted(count, "case")
 
 
 def twins_told(count: int) -> str:
     """Return a number of twins as text, such as "1 twin" or "64 twins"."""
-    return f"{count} twin" if count == 1 else f"{count} twins"
+    return _counted(count, "twin")
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def one_line(text: str, most: int = LONGEST) -> str:
