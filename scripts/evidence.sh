@@ -23,15 +23,8 @@ bars        | minutes | python scripts/evidence/bars.py                |
 estimates   | hours   | python scripts/evidence/estimates.py           | --write
 words-hold  | hours   | python scripts/evidence/words_hold.py          | --write
 words-full  | 20 min  | python scripts/evidence/words_hold.py --rotation full | --write
-basins      | 10 min  | python scripts/evidence/basins.py              |
-neighbours  | minutes | python scripts/evidence/neighbours.py          |
 decided     | hours   | python scripts/evidence/words_hold.py --cells  | --write
-motions     | 20 min  | python scripts/evidence/motions.py             | --write
-boundaries  | 1 hour  | python scripts/evidence/boundaries.py          | --write
-refine      | hours   | python scripts/evidence/refine.py              | --write
 foresight   | 1 hour  | python scripts/evidence/foresight.py           | --write
-stage-waves | 10 min  | python scripts/evidence/stage_waves.py build/stage | --write
-stage-cost  | 20 min  | python scripts/cost/stage_cost.py build/stage | --write
 scale-cost  | 1 hour  | python scripts/evidence/scale_cost.py          | --write
 rotor37     | 10 min  | python scripts/evidence/rotor37.py             | --write
 million     | minutes | python scripts/evidence/million.py             |

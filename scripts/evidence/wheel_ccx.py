@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""A wheel of CalculiX, and the frequencies of its reduced rotor.
+"""A wheel of CalculiX: the matrices and TOML files that `import-model` reads.
 
 apt-get install calculix-ccx; python scripts/evidence/wheel_ccx.py DIR
 
 Solids of 20 nodes, half the width from the plane of symmetry on; the hub is a rigid
 body that does not rotate, the shaft's springs hold it. `SOLVER=MATRIXSTORAGE` writes
 M and K as lines "row column value" of one triangle, counted from 1, in .mas and .sti,
-and what a row is, "node.direction", in .dof. CalculiX computes frequencies of its own,
-too, which it prints in seven digits.
+and what a row is, "node.direction", in .dof. Frequencies that CalculiX computes
+itself are printed in seven digits (`own_frequencies`).
 
 turning.toml has the terms of rotation. After a *STATIC step with the centrifugal load,
 a step with PERTURBATION writes K(Omega), stress stiffness and softening included, at
@@ -39,7 +39,6 @@ from scipy.sparse.linalg import eigsh
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "jobs"))
 import wheel
-from wheels import compare
 
 Mesh = tuple[np.ndarray, np.ndarray]
 GRID = (8, 2, 4, 16)
@@ -297,13 +296,12 @@ def cuts(nodes: np.ndarray, row: dict[str, int]) -> dict[str, list[int]]:
 
 
 def main() -> None:
-    """Build, solve, import, compare."""
+    """Build, solve and write: the wheel, its sector, and the wheel that turns."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     folder = parser.parse_args().folder
     folder.mkdir(parents=True, exist_ok=True)
     whole = solids(*wheel.whole_mesh(GRID))
-    solved(folder, "solved", deck(whole, wheel.SPRINGS / 2, ""))
     sector = solids(*wheel.sector_mesh(GRID))
     for name, mesh, parts in (("wheel", whole, 1), ("sector", sector, wheel.BLADES)):
         text = tomli_w.dumps(document(folder, name, mesh, parts))
@@ -311,8 +309,6 @@ def main() -> None:
     (folder / "turning.toml").write_text(
         tomli_w.dumps(turning_document(folder, whole)), encoding="utf-8"
     )
-    files = folder / "wheel.toml", folder / "sector.toml"
-    compare(*files, own=own_frequencies(folder / "solved.dat"))
 
 
 if __name__ == "__main__":

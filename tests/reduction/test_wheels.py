@@ -32,7 +32,7 @@ def job(request, monkeypatch):
 
     monkeypatch.setattr(wheel, "GRID", getattr(request, "param", GRID))
     yield wheel
-    for name in ("wheel", "wheels", "wheel_ccx"):
+    for name in ("wheel", "wheel_ccx"):
         sys.modules.pop(name, None)
 
 
