@@ -28,7 +28,6 @@ foresight   | 1 hour  | python scripts/evidence/foresight.py           | --write
 scale-cost  | 1 hour  | python scripts/evidence/scale_cost.py          | --write
 rotor37     | 10 min  | python scripts/evidence/rotor37.py             | --write
 million     | minutes | python scripts/evidence/million.py             |
-sure        | hours   | python scripts/identify/sure.py --out build/sure | --write
 END
 }
 

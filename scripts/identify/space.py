@@ -84,19 +84,3 @@ def drawn(count: int, seed: int) -> Floats:
     """Return points that fill the cube evenly, (count, coordinates): Sobol's."""
     power = max(0, math.ceil(math.log2(count)))
     return np.asarray(qmc.Sobol(len(BOX), seed=seed).random_base2(power)[:count])
-
-
-def scattered(
-    engine: Engine, scatter: float, draws: int, seed: int = 1
-) -> list[Engine]:
-    """Return engines whose unknowns are off by a scatter, each draw its own.
-
-    What else an engine sets stays.
-    """
-    chance = np.random.default_rng([seed, round(1e6 * scatter)])
-    factors = np.exp(scatter * chance.standard_normal((draws, len(UNKNOWNS))))
-    return [
-        allowed(engine | {n: float(f"{engine[n] * f:.6g}")
-                          for n, f in zip(UNKNOWNS, own, strict=True)})
-        for own in factors
-    ]  # fmt: skip

@@ -2,7 +2,7 @@
 
 import json
 
-from common import TOP, kept, share, table, tell
+from common import TOP, kept, share, table, tell, with_section
 
 
 def test_rows_are_measured_once_and_stay_in_their_file(tmp_path):
@@ -39,3 +39,12 @@ def test_what_is_measured_takes_its_place_on_a_page(tmp_path, monkeypatch, capsy
         f"# A\n\nby hand\n\n## Measured\n\nMade by `{told}`.\n\nnow\n\n"
         "## B\n\nby hand\n"
     )
+
+
+def test_a_section_takes_the_place_of_what_it_was():
+    page = with_section("# Title\n\ntext", "## one, fast\n\na")
+    page = with_section(page, "## one, default\n\nb\n")
+    again = with_section(page, "## one, fast\n\nc\n")
+    assert again == page.replace("\n\na\n", "\n\nc\n")
+    assert again.startswith("# Title\n\ntext\n\n## one, fast")
+    assert again.endswith("## one, default\n\nb\n")

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from identify import engine as engines
-from identify import full, screen
+from identify import full, named, screen
 from identify import score as scoring
 from identify.linear import WANTED, growths, linear_miss
 from identify.space import (
@@ -21,7 +21,6 @@ from identify.space import (
     drawn,
     engine_at,
     engine_of_scene,
-    scattered,
 )
 
 from hpcwhirl.campaign.plan.design import design_of, load_design
@@ -30,6 +29,7 @@ from hpcwhirl.scene import (
     apply_settings,
     engine_inputs,
     engine_names,
+    engine_shows,
     flatten,
     named_scene,
 )
@@ -290,11 +290,26 @@ def test_engines_with_rotation_keep_it_and_a_damper_that_stands():
     turning["engine.rotor.suspension_damping"] = 0.0
     least = allowed(turning)
     assert allowed(DEFAULT) == DEFAULT
-    for engine in [least, *scattered(least, 0.05, 8)]:
-        assert engine["engine.rotation"] == "full"
-        scene = apply_settings(Scene(), engine)  # accepted
-        assert scene.engine.rotor.suspension_damping >= scene.engine.rotor.damping
+    assert least["engine.rotation"] == "full"
+    rotor = apply_settings(Scene(), least).engine.rotor  # accepted
+    assert rotor.suspension_damping >= rotor.damping
     assert growths(DEFAULT) != growths(least)
+
+
+def test_a_line_of_speeds_is_told_in_ranges():
+    words = "dVVVdSd"
+    regimes = {"d": "damped", "V": "divergent", "S": "sustained"}
+    sweep = {10.0 * i: row(10.0 * i, regimes[w]) for i, w in enumerate(words)}
+    assert named.ranges(sweep, "divergent") == "10-30 (forward)"
+    assert named.ranges(sweep, "sustained") == "50 (forward)"
+    assert named.ranges(sweep, "undecided") == ""
+    with pytest.raises(SystemExit, match="no line"):
+        named.written("[one]\n", "one", "something")
+
+
+def test_named_engines_say_what_they_show():
+    for name in engine_names():
+        assert all(f"{speed:g}" in engine_shows(name) for speed in screen.MOTIONS)
 
 
 @pytest.mark.slow
