@@ -52,21 +52,6 @@ def working_folder(given: Path | None, name: str) -> Iterator[Path]:
         yield folder
 
 
-@contextmanager
-def tree_of(commit: str) -> Iterator[Path]:
-    """Give a directory with the files of a commit; it is removed afterwards."""
-    with working_folder(None, "version") as folder:
-        call = ["git", "archive", commit]
-        packed = subprocess.run(call, cwd=TOP, check=True, capture_output=True)
-        subprocess.run(["tar", "x"], cwd=folder, check=True, input=packed.stdout)
-        yield folder
-
-
-def with_version(tree: Path, caches: Path) -> dict[str, str]:
-    """Return the environment of a version, with its compiled kernels in `caches`."""
-    return os.environ | {"PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(caches)}
-
-
 def parser_of(told: str | None, *, write: Path | None = None, folder: str = "") -> Any:
     """Return the parser of a script's command line, by its docstring.
 

@@ -26,7 +26,6 @@ words-full  | 20 min  | python scripts/evidence/words_hold.py --rotation full | 
 decided     | hours   | python scripts/evidence/words_hold.py --cells  | --write
 foresight   | 1 hour  | python scripts/evidence/foresight.py           | --write
 scale-cost  | 1 hour  | python scripts/evidence/scale_cost.py          | --write
-rotor37     | 10 min  | python scripts/evidence/rotor37.py             | --write
 million     | minutes | python scripts/evidence/million.py             |
 END
 }
