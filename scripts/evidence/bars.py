@@ -1,6 +1,6 @@
 """Contact against exact answers: bars that bounce, strike each other, are pressed.
 
-    python scripts/evidence/bars.py [--quick] [--json]
+    python scripts/evidence/bars.py
 
 drop : bars fall from a height on a rigid floor (Doyen, Ern, Piperno 2011, section 3),
     written in the falling frame, where the rigid casing rises with g
@@ -28,7 +28,6 @@ residual    of the ledger, over its largest term
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -46,6 +45,7 @@ from evidence.bar_rigs import RIGS, Bar, Floats, Rig, Slider, march_of
 FRICTION, SPEED = 0.3, 1.0  # mu and rad/s: the bars slide along the wall
 FIXED = 100  # elements where the step alone is refined
 COURANT = 0.5  # where step and mesh are refined together
+COUNT = 6  # refinements
 COLUMNS = (
     "impulse", "contact", "rebound", "end", "drag", "force", "peak", "touch", "loss",
     "expected", "touched", "residual",
@@ -143,15 +143,14 @@ def measure(
     return row
 
 
-def rows_of(name: str, *, quick: bool) -> Iterator[Row]:
+def rows_of(name: str) -> Iterator[Row]:
     """Yield the runs of a rig."""
-    count, fixed = (3, FIXED // 2) if quick else (6, FIXED)
-    for n in range(count):
-        yield measure(name, fixed, COURANT / 2**n, series="step")
-    for n in range(count):
+    for n in range(COUNT):
+        yield measure(name, FIXED, COURANT / 2**n, series="step")
+    for n in range(COUNT):
         yield measure(name, 25 * 2**n, COURANT, series="step and mesh")
     schemes = ["general", "paper"]
-    if name != "two bars" and not quick:  # a ring of harmonic 0 has two modes there
+    if name != "two bars":  # a ring of harmonic 0 has two modes there
         schemes += ["modal", "exact"]
     for scheme in schemes:
         # 51: as many modes as the free bar of 50 has, hence the same compiled kernel
@@ -195,26 +194,10 @@ def show(name: str, rows: list[Row]) -> None:
 
 
 def main() -> None:
-    """Print the tables, or all rows and orders as JSON."""
-    parser = parser_of(__doc__)
-    parser.add_argument(
-        "--quick", action="store_true", help="fewer runs, no modal, exact"
-    )
-    parser.add_argument("--json", action="store_true", help="rows as JSON")
-    given = parser.parse_args()
-    found = {name: list(rows_of(name, quick=given.quick)) for name in RIGS}
-    if given.json:
-        facts = {
-            "rows": [row for rows in found.values() for row in rows],
-            "orders": {
-                name: {s: orders(rows, s) for s in ("step", "step and mesh")}
-                for name, rows in found.items()
-            },
-        }
-        print(json.dumps(facts, allow_nan=False))
-        return
-    for name, rows in found.items():
-        show(name, rows)
+    """Print the tables."""
+    parser_of(__doc__).parse_args()
+    for name in RIGS:
+        show(name, list(rows_of(name)))
 
 
 if __name__ == "__main__":

@@ -1,17 +1,12 @@
 """Truths 3 and 7: bars with exact answers, through the contact code of engines."""
 
-import json
-import subprocess
-import sys
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
 from evidence import bar_rigs as rigs
 from evidence import bars
 
-SCRIPTS = Path(__file__).parents[2] / "scripts"
 SLOW = pytest.mark.slow
 SCHEMES = [
     "general",
@@ -242,16 +237,3 @@ def test_a_lobed_wall_touches_only_the_bar_it_comes_to():
     assert moved[1:].max() < 1e-9 * moved[0]
     alone = rigs.march_of(rig, step_of(rig, 0.25)).run()
     assert history.tips[:, 0] == pytest.approx(alone.tips[:, 0], abs=1e-9)
-
-
-@pytest.mark.evidence
-@pytest.mark.slow
-def test_the_script_prints_strict_json():
-    done = subprocess.run(
-        [sys.executable, SCRIPTS / "evidence/bars.py", "--quick", "--json"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    facts = json.loads(done.stdout, parse_constant=pytest.fail)
-    assert {row["rig"] for row in facts["rows"]} == {"drop", "two bars", "clamped"}
-    assert {*bars.COLUMNS} <= facts["rows"][0].keys()
-    assert facts["orders"]["drop"]["step and mesh"]["loss"] == pytest.approx(1, abs=0.1)
