@@ -336,8 +336,9 @@ def test_a_given_step_is_not_judged_where_accuracy_chooses_it(given):
 def test_every_rule_is_kept_by_one_scene_and_by_columns(monkeypatch):
     seen = set()
     for wrong, told in BROKEN:
-        with pytest.raises(InputError, match=re.escape(told)):
+        with pytest.raises(InputError, match=re.escape(told)) as refused:
             apply_settings(Scene(), wrong)
+        assert "\n" not in str(refused.value)
         cases = Many(Scene(), Table.of([{}, full(wrong), {}]))
         assert cases.first_wrong() == 1
         for number, one in enumerate(RULES):

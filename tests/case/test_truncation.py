@@ -61,9 +61,7 @@ def test_the_mode_that_stretches_is_told_by_its_shape_not_its_frequency():
     assert bent.omega[bent.diameter == 40] == pytest.approx(at.max())
 
 
-def test_elements_stretch():
-    with pytest.raises(InputError, match="families must be all on a ring of elements"):
-        scene(families="bending", discretization="elements")
+def test_paper_marches_no_ring_that_does_not_stretch():
     with pytest.raises(InputError, match="paper"):
         March(resolve(scene(families="bending", scheme="paper")))
 

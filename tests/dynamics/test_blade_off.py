@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from alike import assert_mirrored
 from jeffcott import GAP, MASS, OWN, RATIO, stiff
 
 from hpcwhirl.campaign.simulate import result_of
@@ -153,22 +154,14 @@ def test_the_loss_in_a_mirror_is_the_loss_of_the_mirrored_blade(scheme):
     """Of blade N - j, at the opposite speed: the same numbers, and mirrored places."""
     own = {"gap": 3e-5, "duration": 0.03, "traces": "full", "scheme": scheme}
     own |= {"casing.damping": 0.05, "unbalance": 1e-3}
-    mirror = -np.arange(5) % 5
     one, other = (
         march_of(**own, speed=speed, lost_blade=lost, unbalance_phase=phase)
         for speed, lost, phase in ((400.0, 1, 0.3), (-400.0, 4, -0.3))
     )
     there, back = one.run(), other.run()
-    assert there.contacts == back.contacts > 3
-    assert there.contact_impulse == pytest.approx(back.contact_impulse, rel=1e-8)
-    scale = np.abs(there.centre).max()
-    assert np.abs(there.centre[:, 1]).max() > 0.1 * scale
-    assert np.abs(there.centre * [1.0, -1.0] - back.centre).max() < 1e-7 * scale
-    size = np.abs(there.tips).max()
-    gone = np.abs(there.tips[:, mirror] * [1.0, -1.0] - back.tips).max()
-    assert gone < 1e-7 * size
-    pushed = there.blade_impulse[-1, mirror] - back.blade_impulse[-1]
-    assert np.abs(pushed).max() < 1e-7 * there.contact_impulse
+    assert there.contacts > 3
+    assert np.abs(there.centre[:, 1]).max() > 0.1 * np.abs(there.centre).max()
+    assert_mirrored(there, back)
     words = [result_of(m.case, h).row for m, h in ((one, there), (other, back))]
     assert [words[0][n] for n in NAMED] == [words[1][n] for n in NAMED]
 

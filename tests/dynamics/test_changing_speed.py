@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from alike import assert_same_in_parts
 from scipy.integrate import quad
 from scipy.special import fresnel
 
@@ -22,7 +23,6 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.unbalance import share_at_start
 from hpcwhirl.dynamics.history import Evidence
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.waves import largest_growth, tip_growth, turning_matrices
 from hpcwhirl.scene import Scene, apply_settings
@@ -108,20 +108,10 @@ def test_the_ledger_closes_at_a_changing_speed(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_slices_and_resumes_change_no_bit(kind):
-    whole = march_of(**KINDS[kind])
-    whole.reach(whole.total)
-    every = whole.schedule.every
-    cut = march_of(**KINDS[kind])
-    for steps in (1, every - 1, every, 3 * every + 7):
-        cut.advance(steps)
-    saved = {name: np.copy(array) for name, array in snapshot(cut).items()}
-    other = march_of(**KINDS[kind])
-    assert fingerprint(other) == fingerprint(cut) == fingerprint(whole)
-    assert restore(other, saved)
-    other.reach(other.total)
-    for name, array in snapshot(whole).items():
-        if name != "seconds":
-            assert array.tobytes() == snapshot(other)[name].tobytes(), name
+    march = march_of(**KINDS[kind])
+    every = march.schedule.every
+    sizes = 1, every - 1, every, 3 * every + 7, 10**9
+    assert_same_in_parts(march.case, *sizes, anew=True)
 
 
 @pytest.fixture(scope="module")
@@ -414,17 +404,9 @@ def test_a_critical_speed_is_crossed_when_the_speed_is_there(passage):
     ("settings", "told"),
     [
         ({"acceleration": -200.0, "duration": 3.0}, "must keep its sign"),
-        ({"acceleration": 5.0, "ramp": "smooth"}, "speed_to must lie ahead"),
-        ({"acceleration": 5.0, "scheme": "exact"}, "got 'exact'"),
-        ({"acceleration": 5.0, "until": "certain"}, "solver.until must be end"),
-        ({"acceleration": 5.0, "revolutions": 3.0}, "revolutions must be 0"),
-        ({"acceleration": 5.0, "output.chaos": 60.0}, "output.chaos must be 0"),
-        ({"acceleration": 5.0, "rotation": "auto"}, "none or full"),
-        ({"speed_table": "time,speed;0,300;1,400"}, "speed must be 300.0, the first"),
         ({"speed_table": "time,speed;0,410"}, "two rows at least"),
         ({"speed_table": "time,gap;0,410;1,2"}, "columns time,speed"),
         ({"gap_closure": 2e-4}, "gap must stay open"),
-        ({"gap_closure": 1e-5, "scheme": "exact"}, "got 'exact'"),
         (
             {"acceleration": 5.0, "rotation": "full", "stiffness_difference": 1e5},
             "supports differ by direction",

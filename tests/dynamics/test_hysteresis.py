@@ -11,16 +11,13 @@ Without contact |z| = m e Omega^2 / |k - m Omega^2 + i c Omega| <= r_0. Between 
 speeds where the second begins and the first ends in a fold, both live.
 """
 
-import h5py
 import numpy as np
 import pytest
-from jeffcott import GAP, MASS, OWN, stiff
+from jeffcott import GAP, MASS, OWN, spring_casing, stiff
 
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.reduction.bodies import casing_model
 from hpcwhirl.reduction.model import Model, model_of
-from hpcwhirl.scene import Scene, apply_settings, content_digest
 
 # of k, sqrt(k m), r_0 and m: k_b, c, mu, e, m_s; damping ratios of stator and blades
 SPRING, DAMPING, DRAG, PART, LIGHT, YIELD = 3.0, 0.1, 0.05, 0.3, 0.1, 0.5
@@ -44,24 +41,10 @@ def rubs(speed):
     return abs(place[:-1][over[:-1] != over[1:]])
 
 
-def casing(path):
-    """Return a casing that moves as one along its normal, on a spring."""
-    with h5py.File(path, "w") as file:
-        file["casing/modal_harmonic"] = [0, 1]
-        file["casing/modal_omega"] = OWN * np.array([1.0, (SPRING / LIGHT) ** 0.5])
-        file["casing/modal_damping_ratio"] = [0.05, YIELD]
-        file["casing/modal_radial"] = [1e-6, (LIGHT * MASS) ** -0.5]
-        file["casing/modal_tangential"] = [0.0, 0.0]
-    given = apply_settings(
-        Scene(), {"discretization": "file", "engine.file": str(path)}
-    )
-    source = str(path), content_digest(str(path))
-    return casing_model(given.engine.casing, given.engine.rotor.radius + GAP, source)
-
-
 def swept(path, speeds):
     """Return the mean radius at each speed, from where the speed before has ended."""
-    ring, found, motion = casing(path), [], None
+    ring = spring_casing(path, (SPRING / LIGHT) ** 0.5, YIELD, LIGHT)
+    found, motion = [], None
     for speed in speeds.tolist():
         scene = stiff(
             60, scheme="modal", speed=speed * OWN, friction=DRAG, time_step=5.5e-7,

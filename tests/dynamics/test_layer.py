@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 import pytest
+from alike import assert_same_in_parts
 
 from hpcwhirl.analysis.blade_motion import lobes_of, wear_numbers
 from hpcwhirl.case.resolve import resolve
@@ -16,7 +17,6 @@ from hpcwhirl.dynamics.kernels.kernel_types import Layer, Points
 from hpcwhirl.dynamics.kernels.layer import leave, press, to_worn, wear
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.snapshot import restore, snapshot
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 
@@ -179,17 +179,8 @@ def test_what_nothing_else_takes_vanishes_with_the_time_step(own):
 def test_slices_and_a_resumed_march_give_the_same_bits(own):
     settings = SHORT | {"scheme": "modal"} | own
     case = resolve(apply_settings(named_scene("table2"), settings))
-    whole, cut = March(case), March(case)
-    whole.advance(whole.total)
-    cut.advance(6001)
-    assert cut.state.worn.any()
-    later = March(case)
-    assert restore(later, snapshot(cut))
-    while not later.done:
-        later.advance(777)
-    for name, array in snapshot(whole).items():
-        if name != "seconds":
-            assert np.array_equal(snapshot(later)[name], array), name
+    whole = assert_same_in_parts(case, 6001, 777, anew=True)
+    assert whole.state.worn.any()
 
 
 @pytest.fixture(scope="module")
@@ -263,22 +254,6 @@ def test_stribeck_friction_of_one_sector_is_that_of_all(lobes):
     )
     assert (plain.folds, plain.contacts > 0) == (lobes, True)
     assert by_law.ledger == plain.ledger
-
-
-@pytest.mark.parametrize(
-    ("settings", "text"),
-    [
-        ({"scheme": "exact"}, "scheme must be 'modal', 'general' or 'paper' where cas"),
-        ({"layer_edge": 0.08}, r"layer_edge must be <= 0.0714 m, half the distance of"),
-        ({"layer_edge": 1e-4}, "in which a tip moves by layer_edge"),
-        ({"layer_edge": 3e-4, "layer_rods": 100}, "layer_rods must be <= 95"),
-        ({"history": "speed = 300.0"}, r"history must be empty, so no \[branch\],"),
-        ({"output.chaos": 50}, "chaos must be 0 where casing.contact_law is abradable"),
-    ],
-)
-def test_what_a_layer_does_not_allow_is_refused(settings, text):
-    with pytest.raises(InputError, match=text):
-        apply_settings(named_scene("table2"), {"contact_law": "abradable", **settings})
 
 
 def test_no_tip_passes_over_rods_in_a_step_at_any_speed():

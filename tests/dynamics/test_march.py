@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from alike import assert_alike, assert_bodies_alike, assert_mirrored
 from scipy.linalg import expm
 from solving import place_of, solve
 
@@ -36,15 +37,8 @@ def ended(**settings):
 
 
 def assert_equal_runs(one, other):
-    (march, history), (march_b, history_b) = one, other
-    assert history.contacts > 0
-    assert history.contacts == history_b.contacts
-    pairs = zip(march.displacements(), march_b.displacements(), strict=True)
-    for a, b in pairs:
-        assert np.abs(a - b).max(initial=0) <= 1e-8 * np.abs(b).max(initial=0)
-    for name in ("tips", "energy", "impulse", "lost", "fed", "blade_impulse"):
-        a, b = getattr(history, name), getattr(history_b, name)
-        assert np.abs(a - b).max() < 1e-8 * np.abs(b).max(), name
+    assert_alike(one[1], other[1])
+    assert_bodies_alike(one[0], other[0])
 
 
 @pytest.mark.slow
@@ -343,11 +337,7 @@ def test_a_two_lobed_casing_leaves_the_shaft_at_rest(scheme):
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_mirrored_rotation_mirrors_the_orbit(scheme):
     (_, a), (_, b) = (ended(scheme=scheme, speed=s) for s in (410.0, -410.0))
-    mirror = (-np.arange(22)) % 22
-    scale = np.abs(a.tips).max()
-    assert a.contacts > 0
-    assert np.abs(a.centre * [1, -1] - b.centre).max() < 1e-9 * scale
-    assert np.abs(a.tips[:, mirror] * [1, -1] - b.tips).max() < 1e-9 * scale
+    assert_mirrored(a, b, 1e-9)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)

@@ -196,9 +196,3 @@ def test_modes_that_there_are_not_are_refused_in_one_line(modes):
         start_of(case_of(start_modes=modes))
     assert "\n" not in str(refused.value)
     assert "rotor suspension" in str(refused.value)
-
-
-@pytest.mark.parametrize("other", [{"unbalance": 1e-4}, {"lost_blade": 1}])
-def test_a_start_goes_not_with_an_unbalance(other):
-    with pytest.raises(InputError, match="start_energy must be 0 with an unbalance"):
-        case_of(rotation="full", **other)

@@ -4,6 +4,7 @@ import os
 
 import numpy as np
 import pytest
+from alike import assert_same_bits
 from deaths import even_slices, stopped_again_and_again
 
 from hpcwhirl.campaign.compute import Checkpoints, LateError, compute
@@ -41,12 +42,6 @@ def scene(**settings):
 def ended(march):
     march.advance(10**9)
     return march
-
-
-def assert_same_bits(one, other):
-    for a, b in zip(one.state + one.tracks, other.state + other.tracks, strict=True):
-        assert a.shape == b.shape
-        assert a.tobytes() == b.tobytes()
 
 
 @pytest.mark.parametrize("name", SCHEMES)

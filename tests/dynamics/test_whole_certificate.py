@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from alike import assert_rest_as_marched
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.free_decay import FreeDecay
@@ -50,23 +51,10 @@ def drawn(seed, **given):
 def test_the_rest_in_closed_form_is_the_rest_marched(seed, unbalance):
     given = drawn(seed, unbalance=unbalance)
     one, other = march_of(**given), march_of(**given, plan="everything")
-    history, history_b = one.run(), other.run()
-    assert history_b.certificate < 0.0 < history.certificate < 0.9 * history.end
-    assert history.contacts == history_b.contacts > 0
-    assert history.last_contact == history_b.last_contact < history.certificate
+    history, _ = one.run(), other.run()
+    assert history.certificate < 0.9 * history.end
     assert one.marched < 0.9 * one.total
-    for a, b in zip(one.displacements(), other.displacements(), strict=True):
-        assert np.abs(a - b).max() < 1e-10 * np.abs(b).max()
-    for name in ("tips", "centre", "energy", "impulse", "lost", "fed", "casing"):
-        a, b = getattr(history, name), getattr(history_b, name)
-        assert np.abs(a - b).max() < 1e-10 * np.abs(b).max(), name
-        c, d = a[-50:], b[-50:]  # of their own size, not of the run's
-        assert np.abs(c - d).max() < 1e-9 * np.abs(d).max(), name
-    for name, a in history.ledger.items():
-        if name != "residual":
-            assert a == pytest.approx(history_b.ledger[name], rel=1e-9), name
-    for a, b in zip(one.state[:2], other.state[:2], strict=True):
-        assert np.abs(a - b).max() < 1e-10 * np.abs(b).max()
+    assert_rest_as_marched(one, other)
 
 
 def moved(march, steps):

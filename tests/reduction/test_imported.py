@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 import read_back as comparison
+from alike import assert_alike
 from launch import words_of
 from read_back import SAME, compared, read_back, sound
 
@@ -42,14 +43,6 @@ def rotor_of(file="", **settings):
 
 def ended(*args, **settings):
     return March(resolve(scene(*args, **settings))).run()
-
-
-def assert_equal_histories(one, other, tolerance=1e-8):
-    assert one.contacts == other.contacts > 0
-    for name in ("tips", "centre", "energy", "impulse", "lost", "fed", "blade_impulse"):
-        a, b = getattr(one, name), getattr(other, name)
-        size = np.abs(other.tips if name == "centre" else b).max()
-        assert np.abs(a - b).max() <= tolerance * size, name
 
 
 @pytest.fixture(scope="module")
@@ -161,7 +154,7 @@ def waves(body):
 def test_a_rotor_read_back_moves_as_it_did(exported, settings):
     one, other = ended(exported, **settings), ended(**settings)
     assert one.folds == other.folds
-    assert_equal_histories(one, other, 1e-9)
+    assert_alike(one, other, 1e-9)
 
 
 def layout(value, name=""):
@@ -325,7 +318,7 @@ def test_a_wheel_without_a_mirror_turns_as_its_matrices_do(written, stagger, k):
     assert rotor_of(file).cyclic
     settings = {"nodal_diameter": k, "friction": 0.3, "plan": "everything"}
     one, other = (ended(file, scheme=s, **settings) for s in ("modal", "paper"))
-    assert_equal_histories(one, other)
+    assert_alike(one, other)
 
 
 def test_degenerate_families_are_taken_apart(written):
@@ -338,7 +331,7 @@ def test_degenerate_families_are_taken_apart(written):
         count = 3 if k == 1 else 2
         assert np.count_nonzero(found.diameter == k) == count * width
     one, other = (ended(file, scheme=s) for s in ("modal", "paper"))
-    assert_equal_histories(one, other)
+    assert_alike(one, other)
 
 
 # What is not equal

@@ -3,6 +3,7 @@
 import h5py
 import numpy as np
 import pytest
+from alike import assert_alike
 from launch import words_of
 
 from hpcwhirl.analysis.stability import growth_of_diameter
@@ -103,9 +104,7 @@ def test_several_modes_a_harmonic_are_marched_alike_by_both_schemes(engine, k):
         for s in ("modal", "general")
     )
     assert one.contacts == other.contacts > 0
-    for name in ("tips", "energy", "impulse", "casing"):
-        a, b = getattr(one, name), getattr(other, name)
-        assert np.abs(a - b).max() < 1e-8 * np.abs(b).max(), name
+    assert_alike(one, other)
     plain = March(resolve(scene(engine, **settings))).run()
     assert np.abs(one.tips - plain.tips).max() > 1e-3 * np.abs(plain.tips).max()
     whole = abs(one.ledger["pulse"]) + abs(one.ledger["rotation"])
@@ -202,10 +201,3 @@ def test_more_lobes_than_harmonics_are_told(engine):
 
 def test_paper_is_told_that_it_needs_coordinates(engine):
     assert "discretization not 'file'" in refusal(engine, scheme="paper")
-
-
-def test_contradictions_are_told(engine):
-    with pytest.raises(InputError, match="file must be named where"):
-        scene("", discretization="file")
-    with pytest.raises(InputError, match="families must be all on a ring of file"):
-        from_file(engine, families="bending")

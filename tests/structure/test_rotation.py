@@ -9,7 +9,6 @@ from scipy.linalg import eigh
 
 from hpcwhirl.analysis.critical import critical_of_waves
 from hpcwhirl.cli import main
-from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.cyclic_coordinates import block
 from hpcwhirl.reduction.modes import _blocks, reference_speed
@@ -22,7 +21,7 @@ from hpcwhirl.reduction.waves import (
     wave_lines,
     wave_roots,
 )
-from hpcwhirl.scene import Rotor, Scene, apply_settings
+from hpcwhirl.scene import Rotor
 from hpcwhirl.structure import bladed_disk, rotation_of
 from hpcwhirl.structure.rotation import loads_of, members, stiffening_of, tensions
 
@@ -302,20 +301,3 @@ def test_model_tells_lines_of_the_rotation_asked_for(capsys):
     assert main(["model", "--explain", *small]) == 0
     told = capsys.readouterr().out
     assert all(word in told for word in ("none", "full", "static"))
-
-
-@pytest.mark.parametrize(
-    ("settings", "told"),
-    [
-        (
-            {"rotation": "some"},
-            "engine.rotation must be one of 'none', 'full' or 'auto'",
-        ),
-        ({"cross_coupling": 1.0}, "must be 0 where rotation is none"),
-        ({"rotation": "full", "suspension_damping": 0.001}, "must be >= damping"),
-    ],
-)
-def test_what_cannot_turn_is_refused_in_one_line(settings, told):
-    with pytest.raises(InputError, match=told) as failed:
-        apply_settings(Scene(), settings)
-    assert "\n" not in str(failed.value)

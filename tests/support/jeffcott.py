@@ -2,17 +2,16 @@
 
 from functools import cache
 
+import h5py
 import numpy as np
 
-from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.dynamics.turning import by_diameter
+from hpcwhirl.reduction.bodies import casing_model
+from hpcwhirl.scene import Scene, apply_settings, content_digest
 from hpcwhirl.structure import bladed_disk
 
-OWN, MASS, RATIO, GAP = (
-    583.0,
-    100.0,
-    0.05,
-    1e-4,
-)  # rad/s, kg, xi of a standing damper, m
+OWN, MASS = 583.0, 100.0  # rad/s, kg
+RATIO, GAP = 0.05, 1e-4  # xi of a standing damper; m
 HEAVY = 6e-3  # m e, kg m
 STIFF = {
     "rotation": "full", "scheme": "general", "rotor.elements": 1, "modes": 0,
@@ -32,6 +31,22 @@ def translations(count):
     return np.stack([radial, along], axis=1).reshape(-1, 2)
 
 
+def as_one(model):
+    """Return (n, 2): all places of a stiff rotor, moved along x or y."""
+    tips, moved = 2 * model.blades, np.zeros((len(model.rotor.mass), 2))
+    moved[:tips], moved[tips : tips + 2] = translations(model.blades), np.eye(2)
+    return moved
+
+
+def set_off(march, place, velocity=0.0):
+    """Begin a march at a place on the x axis, m, with a velocity, m/s, static frame."""
+    body, step = march.model.rotor, march.scene.solver.time_step
+    lift = body.shapes[:, by_diameter(body)[0]].T @ body.mass @ as_one(march.model)
+    before = (place - step * velocity) * np.exp(1j * march.scene.speed * step)
+    march.state.q_b[:] = lift @ [place, 0.0]
+    march.state.d_b[:] = lift @ [place - before.real, -before.imag]
+
+
 @cache
 def density(blades):
     """Return the density at which the stiff rotor has the mass `MASS`."""
@@ -47,3 +62,22 @@ def stiff(blades, **settings):
     """Return the scene of a stiff rotor."""
     given = STIFF | {"blades": blades, "rotor.density": density(blades)}
     return apply_settings(Scene(), given | settings)
+
+
+def spring_casing(path, omega, ratio, mass):
+    """Return a casing that moves as one along its normal, on a spring and a damper.
+
+    omega : over `OWN`
+    ratio : of damping
+    mass : over `MASS`
+    """
+    with h5py.File(path, "w") as file:
+        file["casing/modal_harmonic"] = [0, 1]  # it breathes hardly
+        file["casing/modal_omega"] = OWN * np.array([1.0, omega])
+        file["casing/modal_damping_ratio"] = [0.05, ratio]
+        file["casing/modal_radial"] = [1e-6, (mass * MASS) ** -0.5]
+        file["casing/modal_tangential"] = [0.0, 0.0]
+    named = {"discretization": "file", "engine.file": str(path)}
+    engine = apply_settings(Scene(), named).engine
+    source = str(path), content_digest(str(path))
+    return casing_model(engine.casing, engine.rotor.radius + GAP, source)
