@@ -281,8 +281,9 @@ def evidence(
     late_fed, its parts late_friction and late_rotation, late_lost, late_energy (J),
     late_contacts (1 if the window has contact), load_end (s; 0 without a load),
     certificate (s, -1 for none), certificate_reach (m), ledger_error, gap_error,
-    step_share (-), gap_scale (m), slip_ratio (-, see `slip_ratio`), ledger_pulse,
-    ledger_friction, ledger_rotation, ledger_damping (J, of the whole run)
+    step_share (-), gap_scale (m), slip_ratio (-, see `slip_ratio`), driven_energy (J,
+    see `_driven_energy`), ledger_pulse, ledger_friction, ledger_rotation,
+    ledger_damping (J, of the whole run)
     """
     judged, end = _resolved(history), history.end
     start = (1 - STEADY_SHARE) * end
@@ -326,6 +327,7 @@ def evidence(
         "step_share": history.step_share,
         "gap_scale": _gap_scale(scene),
         "slip_ratio": slip_ratio(scene, history),
+        "driven_energy": _driven_energy(judged),
         **{f"ledger_{term}": history.ledger[term] for term in FED},
     }
 
@@ -356,6 +358,20 @@ def _growing(
         rates["growth_rotor"] = max(rates["growth_rotor"], float(free.max()))
     rates["summit"] = summit(judged.time, rotor, start)
     return rates, energies[0].mean() if len(time) else 0.0
+
+
+def _driven_energy(judged: Evidence) -> float:
+    """Return what the changing speed and an unbalance have put into a run's motion, J.
+
+    It is the energy by which the rotor's whole motion at the end differs from the
+    motion that contact causes; 0 unless the speed changes with full rotation. The
+    ledger is that of the motion that contact causes and does not contain it.
+
+    judged : energies and orbit of a run
+    """
+    if not len(judged.whole):
+        return 0.0
+    return _finite(abs(float(judged.whole[-1] - judged.rotor[-1])))
 
 
 def _gap_scale(scene: Scene) -> float:

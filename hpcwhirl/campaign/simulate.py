@@ -43,7 +43,7 @@ from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.units import with_unit
-from hpcwhirl.scene.words import BEYOND_FILM, TOLD, is_open
+from hpcwhirl.scene.words import BEYOND_FILM, BY_PULSE, BY_SPEED, is_open
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.compute import Checkpoints
@@ -330,7 +330,10 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     scene : inputs of the case
     row : numbers and words of the case, see `Result`
     """
-    notes = [TOLD[row["outcome"]]] if row["outcome"] in TOLD else []
+    notes = []
+    if row["outcome"] == "overloaded":
+        by_pulse = row["ledger_pulse"] >= row["driven_energy"]
+        notes.append(BY_PULSE if by_pulse else BY_SPEED)
     rotor = scene.engine.rotor
     if rotor.film_viscosity > 0.0 and row["centre_peak"] > rotor.film_clearance:
         notes.append(BEYOND_FILM)

@@ -76,14 +76,16 @@ class Steps(Protocol):
     amplitudes.
     """
 
-    def velocities(self, x: Floats, d: Floats) -> Floats:
+    def velocities(self, x: Floats, d: Floats, time: float = 0.0) -> Floats:
         """Return a body's velocities v, (n,), from x and increments d = x_n - x_{n-1}.
 
-        x : (n,), displacements or modal amplitudes of the body
+        x, time : (n,), displacements or modal amplitudes of the body; s, of x_n
         """
 
     def increments(self, x: Floats, v: Floats) -> Floats:
         """Return a body's increments d = x_n - x_{n-1}, (n,), from x and velocities v.
+
+        The motion is that at time 0.
 
         x : (n,), displacements or modal amplitudes of the body
         """
@@ -105,7 +107,7 @@ class FreeSteps:
     pull: Floats
     step: float
 
-    def velocities(self, x: Floats, d: Floats) -> Floats:
+    def velocities(self, x: Floats, d: Floats, _: float = 0.0) -> Floats:
         """Return a body's velocities (d + d') / 2 dt, with d' = keep d - pull x.
 
         x, d : (n,), displacements or amplitudes, and their increments in the last step
@@ -139,7 +141,7 @@ class FreeFlow:
     of_d: Floats
     of_x: Floats
 
-    def velocities(self, x: Floats, d: Floats) -> Floats:
+    def velocities(self, x: Floats, d: Floats, _: float = 0.0) -> Floats:
         """Return the velocities of modes, (m,), at the end of a step.
 
         x, d : (m,), amplitudes of the modes, and their increments in the step

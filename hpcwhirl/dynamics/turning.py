@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,8 @@ from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced, swing
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, Stand
+from hpcwhirl.dynamics.kernels.standing import answer, at_centre, terms_at
+from hpcwhirl.dynamics.motion import FreeSteps
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
@@ -257,6 +260,58 @@ def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
         own.film, own.clearance or 1.0,
         0j if steady is None else centre_of(model, steady),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SupportedSteps(FreeSteps):
+    """Conversion between velocities and increments of a rotor on such supports.
+
+    A step without contact is d' = keep d - pull x + G f(x, v), v = (d + d') / 2 dt,
+    with the force f of supports that differ by direction or have a film, see
+    `kernels.standing`, and G = stand.moved.
+
+    stand : the kernel's arrays of the supports
+    """
+
+    stand: Stand
+
+    def velocities(self, x: Floats, d: Floats, time: float = 0.0) -> Floats:
+        """Return the rotor's velocities (d + d') / 2 dt.
+
+        x, d : (n,), its coordinates, and their increments in the last step
+        time : s, of x, on which the supports' directions depend in the rotating frame
+        """
+        free, own = super().velocities(x, d), self.stand
+        terms = terms_at(own, at_centre(own.hub, x), time)
+        moving = at_centre(own.hub, free)
+        return free + self._gained(answer(own.give, terms[0], moving, *terms[1:]))
+
+    def increments(self, x: Floats, v: Floats) -> Floats:
+        """Return the rotor's increments d = x_n - x_{n-1} at time 0, (n,).
+
+        x, v : (n,), its coordinates, and their velocities
+        """
+        own = self.stand
+        held, even, drift = terms_at(own, at_centre(own.hub, x), 0.0)
+        moving = at_centre(own.hub, v)
+        force = -held - even * moving - drift * moving.conjugate()
+        return super().increments(x, v - self._gained(force))
+
+    def _gained(self, force: complex) -> Floats:
+        """Return what a force on the centre, N, adds to the velocities, (n,)."""
+        push = np.array([force.real, force.imag])
+        return np.asarray(push @ self.stand.moved / (2 * self.step))
+
+
+def steps_on(stand: Stand, free: FreeSteps) -> FreeSteps:
+    """Return the conversion between velocities and increments of a rotor on supports.
+
+    stand : the kernel's arrays of the supports, see `standing`
+    free : the conversion without forces that no constant matrix represents
+    """
+    if not len(stand.hub):
+        return free
+    return SupportedSteps(free.keep, free.pull, free.step, stand)
 
 
 def by_diameter(body: ModalModel) -> tuple[Integers, Integers]:

@@ -283,7 +283,7 @@ class DrivenSteps:
         state.d_b[:modes] = self.unforced().increments(state.q_b[:modes], v)
         state.d_b[modes:] = (rise - state.d_b[:modes])[own.alike]
 
-    def velocities(self, x: Floats, d: Floats) -> Floats:
+    def velocities(self, x: Floats, d: Floats, _: float = 0.0) -> Floats:
         """Return the rotor's velocities, (m,), from the state of its modes.
 
         x, d : (m,), amplitudes, and their increments x_n - x_{n-1} in the last step

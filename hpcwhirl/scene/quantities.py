@@ -112,6 +112,11 @@ ROW: dict[str, Quantity] = {
         tip_growth="largest radial growth of a tip by rotation; 0 if rotation is none",
     ),
     **_real("m", gap_scale="length to which the threshold whirl_floor refers"),
+    **_real(
+        "J",
+        driven_energy="energy at the end that a changing speed has put into the rotor "
+        "without contact; 0 if speed is constant or rotation none",
+    ),
     **_real("J", ledger_energy="kinetic and strain energy at the end"),
     **_real("J", ledger_damping="energy lost in modal damping"),
     **_real("J", ledger_pulse="work of the pulse"),

@@ -96,11 +96,14 @@ ENUMS = {
 
 NO_REGIME = ("unstable", "overloaded")  # outcomes of cases without a regime
 OPEN = ("undecided", "divergent")  # regimes that may change in a longer run: is_open
-TOLD = {  # {outcome: message for a case}
-    "overloaded": "the pulse itself, not growth, moved the tips to the amplitude "
-    "limit; lower force or pulse, or raise amplitude_limit"
-}
-
+BY_PULSE = (  # message for an overloaded case
+    "the pulse itself, not growth, moved the tips to the amplitude limit; lower force "
+    "or pulse, or raise amplitude_limit"
+)
+BY_SPEED = (  # the same, if not the pulse did that
+    "the changing speed itself, not growth, moved the tips to the amplitude limit; "
+    "lower its rate or the unbalance, or raise amplitude_limit"
+)
 BEYOND_FILM = (  # message for a case that still has a word
     "the centre moved farther than film_clearance, where the housing would stop it"
 )
@@ -139,7 +142,7 @@ DEFINED = {
     "growth_shaft": "growth_centre * (orbit_radius >= whirl_floor * gap_scale)",
     "rise_of_both": "min(growth_rate, growth_rotor) * window",
     "fed_less": "ledger_rotation + ledger_friction + max(-ledger_damping, 0)"
-    " <= ledger_pulse",
+    " <= ledger_pulse + driven_energy",
     "carried": "fed_less or (begin < load_end and rise_of_both <= rise)",
     "steady_rub": "growth_casing != 0"
     " and max(abs(growth_casing), abs(growth_shaft)) * window <= drift",
@@ -164,9 +167,9 @@ RULES = {
         Rule("unstable", ("ledger_error > ledger",)),
         Rule("unstable", ("gap_error > opening",)),
         Rule("unstable", ("step_share >= 1",)),
-        # the pulse carried the tips to the amplitude limit: it put in more energy than
-        # rotation, friction and supports, or acts within the window, in which nothing
-        # grows
+        # the load carried the tips to the amplitude limit: pulse, changing speed and
+        # unbalance put in more energy than rotation, friction and supports, or the
+        # pulse acts within the window, in which nothing grows
         Rule("overloaded", ("stop == 'amplitude'", "carried")),
         Rule("stopped", ("stop == 'amplitude'",)),
         Rule("completed"),

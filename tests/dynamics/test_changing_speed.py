@@ -17,7 +17,7 @@ from hpcwhirl.analysis.over_speed import (
     words_over_speed,
 )
 from hpcwhirl.analysis.regimes import evidence
-from hpcwhirl.campaign.simulate import result_of
+from hpcwhirl.campaign.simulate import notes_on, result_of
 from hpcwhirl.case import speed
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.unbalance import share_at_start
@@ -26,6 +26,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.waves import largest_growth, tip_growth, turning_matrices
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.words import BY_PULSE, BY_SPEED
 from hpcwhirl.structure.elements import Section
 from hpcwhirl.structure.rotation import loads_of
 from tests.support.jeffcott import HEAVY, MASS, stiff
@@ -370,6 +371,32 @@ def test_blades_lag_behind_a_rotor_that_is_run_up():
     assert bent[1 : 2 * blades : 2].max() < 0.0  # against the acceleration
     tips = slice(0, 2 * blades)
     assert np.abs(rotor - bent)[tips].max() < 1e-2 * np.abs(bent[tips]).max()
+
+
+@pytest.mark.parametrize(
+    ("given", "word", "note"),
+    [
+        ({"acceleration": 6000.0, "force": 0.0}, "overloaded", [BY_SPEED]),
+        ({"acceleration": 3500.0, "speed": 100.0}, "overloaded", [BY_SPEED]),
+        ({"acceleration": 60.0, "unbalance": 2e-3, "friction": 0.4}, "stopped", []),
+        ({"acceleration": 60.0, "force": 1e8}, "overloaded", [BY_PULSE]),
+    ],
+)
+def test_what_eulers_force_carries_to_the_limit_is_overloaded(given, word, note):
+    """By what put in more energy: the changing speed, friction, or the pulse."""
+    own = {"rotation": "full", "speed": 300.0, "duration": 0.05, "accuracy": 0.03,
+           "blades": 12, "harmonics": 8, "modes": 30}  # fmt: skip
+    march = march_of(**own | given)
+    history = march.run()
+    row = result_of(march.case, history).row
+    assert (row["stop"], row["outcome"]) == ("amplitude", word)
+    assert notes_on(march.scene, row) == note
+    bent = row["driven_energy"]
+    ledger = row["ledger_friction"] + row["ledger_rotation"]
+    if note == [BY_SPEED]:
+        assert bent > 10.0 * max(ledger, row["ledger_pulse"])
+    else:
+        assert bent < 0.01 * max(ledger, row["ledger_pulse"])
 
 
 def test_one_window_of_a_hardly_changing_run_has_its_words():

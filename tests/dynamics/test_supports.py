@@ -10,8 +10,9 @@ from jeffcott import HEAVY, MASS, OWN, RATIO, set_off, stiff
 
 from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.case.unbalance import facts_of_unbalance, steady_at
+from hpcwhirl.case.unbalance import facts_of_unbalance, share_at_start, steady_at
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.supports import planar
@@ -288,3 +289,84 @@ def test_a_whirl_that_supports_drive_to_the_amplitude_limit_diverges():
     assert -history.ledger["damping"] > 10.0 * history.ledger["pulse"]
     facts = evidence(march.scene, history) | {"stop": history.stop}
     assert name_regime(facts, Thresholds()) == ("stopped", "divergent", "forward")
+
+
+OIL = {
+    "film_viscosity": 3e-3, "film_length": 0.03, "film_radius": 0.06,
+    "film_clearance": 1.2e-4,
+}  # fmt: skip
+HELD = {  # what holds the centre, beyond constant matrices
+    "apart": {"stiffness_difference": 1e7, "damping_difference": 1e3},
+    "film": OIL,
+    "both": {"stiffness_difference": 1e7, "damping_difference": 1e3, **OIL},
+}
+OFF = {  # starts off the motion without contact
+    "circle": {"unbalance": 5e-2, "gap": 5e-5},
+    "energy": {
+        "start_energy": 2.0,
+        "start_modes": "rotor suspension",
+        "start_as": "both",
+    },
+}
+STARTS = [
+    (scheme, held, off) for scheme in ("general", "modal", "paper") for held in HELD
+    for off in OFF if off == "energy" or (scheme != "paper" and held != "both")
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("scheme", "held", "off"), STARTS)
+def test_a_start_has_its_velocities_and_an_error_of_second_order(scheme, held, off):
+    """The first increment has the force of all supports, or it misses dt x'' / 2."""
+    given = {
+        "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10,
+        "harmonics": 4, "speed": 300.0, "suspension_damping": 0.05, "gap": 5e-3,
+        "force": 0.0, "duration": 2.4e-4, "casing.kind": "rigid", "scheme": scheme,
+        "plan": "everything",
+    } | HELD[held] | OFF[off]  # fmt: skip
+    ends = []
+    for step in (2e-6, 1e-6, 5e-7):
+        case = resolve(apply_settings(Scene(), given | {"time_step": step}))
+        march, start = March(case), start_of(case)
+        first = march.motion()
+        if start is not None:
+            told = start.rotor_velocity
+        else:  # on the scaled circle, which does not move in the rotating frame
+            before, after = (
+                steady_at(case.model, case.scene, t) for t in (-step, step)
+            )
+            told = share_at_start(case.model, case.scene) * (after - before) / 2 / step
+        history = march.run()
+        last = march.motion()
+        fast = max(np.abs(m.rotor_velocity).max() for m in (first, last))
+        assert first.rotor_velocity == pytest.approx(told, abs=1e-9 * fast)
+        assert history.contacts == 0
+        ledger = history.ledger
+        assert abs(ledger["residual"]) < 1e-10 * sum(map(abs, ledger.values()))
+        ends.append(last.rotor)
+    far, close = (np.abs(end - ends[-1]).max() for end in ends[:-1])
+    assert far == pytest.approx(5.0 * close, rel=0.1)  # (16 - 1) / (4 - 1)
+
+
+def test_a_motion_in_a_film_is_continued_as_if_uninterrupted():
+    """Its velocities are those of its displacements, by central differences."""
+    step = 2e-6
+    given = {
+        "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10,
+        "harmonics": 4, "speed": 300.0, "gap": 5e-3, "force": 0.0, "duration": 1e-3,
+        "casing.kind": "rigid", "scheme": "general", "time_step": step, **OIL,
+        **OFF["energy"],
+    }  # fmt: skip
+    case = resolve(apply_settings(Scene(), given))
+    march, motions = March(case), []
+    for _ in range(101):
+        march.advance(1)
+        motions.append(march.motion())
+    before, now, after = motions[-3:]
+    speed = np.abs(now.rotor_velocity).max()
+    moved = (after.rotor - before.rotor) / (2.0 * step)
+    assert now.rotor_velocity == pytest.approx(moved, abs=1e-7 * speed)
+    other = March(case, now)
+    other.advance(51)
+    march.advance(50)
+    size = np.abs(march.motion().rotor).max()
+    assert other.motion().rotor == pytest.approx(march.motion().rotor, abs=1e-11 * size)

@@ -151,7 +151,8 @@ def twin(numbers, limits):
     loaded = numbers["end_time"] - numbers["window"] < numbers["load_end"]
     rate = min(numbers["growth_rate"], numbers["growth_rotor"])
     still = loaded and rate * numbers["window"] <= limits.rise
-    if stop == "amplitude" and (still or not fed > numbers["ledger_pulse"]):
+    load = numbers["ledger_pulse"] + numbers["driven_energy"]
+    if stop == "amplitude" and (still or not fed > load):
         return "overloaded", "none", "none"
     outcome = "stopped" if stop == "amplitude" else "completed"
     return outcome, _regime(numbers, limits), _whirl(numbers, limits)

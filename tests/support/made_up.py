@@ -57,6 +57,7 @@ def evidence(random):
         "ledger_rotation": 0.5 * fed, "ledger_friction": 0.5 * fed,
         "ledger_damping": (-0.3, 0.0, 0.3)[int(1e6 * lost) % 3] * abs(fed),
         "ledger_pulse": float(random.choice([0.0, 0.9, 1.0, 1.1])) * abs(fed),
+        "driven_energy": (0.0, 0.0, 0.2)[int(1e7 * lost) % 3] * abs(fed),
         "late_lost": lost, "late_contacts": int(random.integers(4) > 0),
         "late_energy": lost / limits.turnover / random.choice([0.5, 1.0, 2.0, 5.0]),
         "certificate": float(random.choice([*[-1.0] * 8, 0.0, 0.5])),

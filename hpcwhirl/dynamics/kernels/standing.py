@@ -87,6 +87,33 @@ def answer(give, held, moving, even, drift):
 
 
 @njit(cache=True)
+def terms_at(own, place, time):
+    """Return the terms of the supports' force on the centre at a time.
+
+    They are held, N, even and drift, N s/m: the force is f = -held - even v - drift
+    conj(v), v being the centre's velocity.
+
+    own : `kernel_types.Stand`
+    place, time : m, complex displacement of the centre, from the circle of an
+        unbalanced rotor; s, at which the supports' directions are taken
+    """
+    turned = cmath.exp(-2j * (own.speed * time))
+    spring = own.stiffness - 1j * own.speed * own.damping
+    held, drift = turned * spring * place.conjugate(), turned * own.damping
+    even = 0.0
+    if own.film > 0.0:
+        whole = own.circle + place
+        across, apart = film_at(whole, own.clearance)
+        extra = across * whole - film_at(own.circle, own.clearance)[0] * own.circle
+        held += 1j * (own.speed * own.film) * extra
+        near = whole / own.clearance
+        near *= min(1.0, 0.99 / max(abs(near), 1e-300))
+        even = own.film * (across + apart * (near.real**2 + near.imag**2))
+        drift += own.film * apart * near**2
+    return held, even, drift
+
+
+@njit(cache=True)
 def stand(body, motion, time, force):
     """Compute the force of supports on the shaft's centre; add its effect to a step.
 
@@ -101,22 +128,9 @@ def stand(body, motion, time, force):
     if len(own.hub) == 0:
         return
     q, d, _, ahead, following, _, _ = motion
-    turned = cmath.exp(-2j * (own.speed * time))
-    place = at_centre(own.hub, q)
+    held, even, drift = terms_at(own, at_centre(own.hub, q), time)
     twice = 2.0 * own.step
     moving = (at_centre(own.hub, d) + at_centre(own.hub, ahead)) / twice
-    spring = own.stiffness - 1j * own.speed * own.damping
-    held, drift = turned * spring * place.conjugate(), turned * own.damping
-    even = 0.0
-    if own.film > 0.0:
-        whole = own.circle + place
-        across, apart = film_at(whole, own.clearance)
-        extra = across * whole - film_at(own.circle, own.clearance)[0] * own.circle
-        held += 1j * (own.speed * own.film) * extra
-        near = whole / own.clearance
-        near *= min(1.0, 0.99 / max(abs(near), 1e-300))
-        even = own.film * (across + apart * (near.real**2 + near.imag**2))
-        drift += own.film * apart * near**2
     push = answer(own.give, held, moving, even, drift)
     force[0], force[1] = push.real, push.imag
     for m in range(own.hub.shape[1]):

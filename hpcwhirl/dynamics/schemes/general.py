@@ -31,7 +31,7 @@ from hpcwhirl.dynamics.schemes.two_bodies import (
     TwoBodies,
     modal_coordinates,
 )
-from hpcwhirl.dynamics.turning import by_diameter, turning
+from hpcwhirl.dynamics.turning import by_diameter, steps_on, turning
 from hpcwhirl.dynamics.varying import DrivenRotor, DrivenSteps, driven
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -64,13 +64,14 @@ class _Spinning(TwoBodies):
         body, order = model.rotor, by_diameter(model.rotor)[0]
         step, shapes = scene.solver.time_step, model.rotor.shapes[:, order]
         own, still = turning(model, scene, shapes), circle(model, scene)
-        self.still = still
+        self.still, arrays = still, modal_arrays(model, scene)
+        steps = steps_on(arrays.rotor.stand, FreeSteps(own.keep, own.pull, step))
         held = Coordinates(
-            FreeSteps(own.keep, own.pull, step), shapes, lambda: shapes.T @ body.mass,
+            steps, shapes, lambda: shapes.T @ body.mass,
             np.zeros(len(shapes)) if still is None else still,
         )  # fmt: skip
         both = held, modal_coordinates(model.casing, step)
-        super().__init__(model, scene, modal_arrays(model, scene), both)
+        super().__init__(model, scene, arrays, both)
         if still is not None:
             lift = (share_at_start(model, scene) - 1.0) * held.lower()
             now, rate = (lift @ part for part in self._steady(0.0))

@@ -33,7 +33,7 @@ from hpcwhirl.dynamics.motion import (
 )
 from hpcwhirl.dynamics.operators import unworn
 from hpcwhirl.dynamics.schemes.integrator import Balance, Integrator, nothing_yet
-from hpcwhirl.dynamics.turning import amplitudes_at_start
+from hpcwhirl.dynamics.turning import amplitudes_at_start, steps_on
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
@@ -73,17 +73,17 @@ class Coordinates:
     still: Floats
     whole: bool = False
 
-    def read(self, q: Floats, d: Floats) -> tuple[Floats, Floats]:
+    def read(self, q: Floats, d: Floats, time: float) -> tuple[Floats, Floats]:
         """Return displacements x and velocities, (n,) each, of a body from a state.
 
         q, d : the state's coordinates of the body, and their increments in the last
             step
+        time : s, of the state
         """
         size = self.lift.shape[1]
         y = q[:size] - self.still if self.whole else q[:size]
-        return self.lift @ y + self.still, self.lift @ self.steps.velocities(
-            y, d[:size]
-        )
+        rate = self.steps.velocities(y, d[:size], time)
+        return self.lift @ y + self.still, self.lift @ rate
 
     def write(self, x: Floats, v: Floats, q: Floats, d: Floats) -> Floats:
         """Write a body's motion into a state; return its displacements a step earlier.
@@ -130,7 +130,7 @@ def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinate
     size = len(still)
     keep, pull = (part.T[:size, :size] for part in (body.keep, body.pull))
     same = np.eye(size)
-    steps = FreeSteps(keep, pull, step)
+    steps = steps_on(body.stand, FreeSteps(keep, pull, step))
     return Coordinates(steps, same, lambda: same, still, whole=True)
 
 
@@ -162,10 +162,14 @@ class TwoBodies(Integrator):
         energy = sum(energies_of(rotor, casing, state, step))
         return Balance(energy, float(state.loss_b.sum() + state.loss_c.sum()))
 
-    def motion(self, state: BodiesState, _: int) -> Motion:
-        """Return displacements and velocities of rotor and casing in a given state."""
-        b, c = self.held
-        return Motion(*b.read(state.q_b, state.d_b), *c.read(state.q_c, state.d_c))
+    def motion(self, state: BodiesState, steps: int) -> Motion:
+        """Return displacements and velocities of rotor and casing in a given state.
+
+        steps : number of time steps taken so far
+        """
+        (b, c), time = self.held, steps * self.scene.solver.time_step
+        rotor = b.read(state.q_b, state.d_b, time)
+        return Motion(*rotor, *c.read(state.q_c, state.d_c, time))
 
     def begin(self, motion: Motion) -> bool:
         """Set the state to a given motion, from which the run starts; return True.
