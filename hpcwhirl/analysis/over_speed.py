@@ -8,7 +8,6 @@ interval.
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -82,33 +81,28 @@ def _words(case: Case, history: History, begin: float, end: float) -> tuple[str,
     start = max(end - (end - begin) / STEADY_SHARE, 0.0)
     part, last = between(history, start, end), end >= history.end
     angles = np.asarray(angle_at(case.scene, part.judged.time + start))
-    scene = _held(case, begin, end, start)
+    scene = _held(case, begin, end)
     found = evidence(scene, part, angles) | {"stop": history.stop if last else "end"}
     outcome, regime, whirl = name_regime(found, USUAL)
     return (outcome if regime == "none" else regime), whirl
 
 
-def _held(case: Case, begin: float, end: float, start: float) -> Scene:
+def _held(case: Case, begin: float, end: float) -> Scene:
     """Return the case's scene with the constant speed and gap of one window.
 
-    They are the mean speed over the window, and the gap at its middle. Of the pulse
-    only the part after `start` remains.
+    They are the mean speed over the window, and the gap at its middle.
 
     begin, end : s, of the window
-    start : s, beginning of the evidence by which the window is judged
     """
     scene, middle = case.scene, 0.5 * (begin + end)
     schedule = schedule_of(scene, case.model)
     turned = float(angle_at(scene, end)) - float(angle_at(scene, begin))
-    left = scene.pulse - start
     return scene.model_copy(
         update={
             "speed": turned / (end - begin),
             "gap": schedule.gap(middle) if schedule else scene.gap,
             "acceleration": 0.0,
             "speed_table": "",
-            "force": scene.force if left > 0.0 else 0.0,
-            "pulse": max(left, math.ulp(1.0)),
         }
     )
 

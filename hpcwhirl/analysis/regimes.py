@@ -18,6 +18,7 @@ import numpy as np
 from hpcwhirl.analysis.rules import words_of_one
 from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
 from hpcwhirl.arrays import Floats
+from hpcwhirl.case.profile import is_round, release_step
 from hpcwhirl.case.speed import angle_at, extremes, has_gap_law
 from hpcwhirl.dynamics.history import Evidence, History
 from hpcwhirl.scene import Scene
@@ -279,7 +280,7 @@ def evidence(
     summit (see `summit`), orbit_radius (m, rms),
     end_time, window (s), whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s),
     late_fed, its parts late_friction and late_rotation, late_lost, late_energy (J),
-    late_contacts (1 if the window has contact), load_end (s; 0 without a load),
+    late_contacts (1 if the window has contact), load_end (s, see `load_end`),
     certificate (s, -1 for none), certificate_reach (m), ledger_error, gap_error,
     step_share (-), gap_scale (m), slip_ratio (-, see `slip_ratio`), driven_energy (J,
     see `_driven_energy`), ledger_pulse, ledger_friction, ledger_rotation,
@@ -318,7 +319,7 @@ def evidence(
         "late_rotation": fed - rubbed,
         "late_lost": lost,
         "late_energy": _finite(mean),
-        "load_end": scene.pulse if scene.is_loaded else 0.0,
+        "load_end": max(load_end(scene) - history.begun, 0.0),
         "late_contacts": int(history.last_contact > start),
         "certificate": history.certificate,
         "certificate_reach": history.certificate_reach,
@@ -330,6 +331,21 @@ def evidence(
         "driven_energy": _driven_energy(judged),
         **{f"ledger_{term}": history.ledger[term] for term in FED},
     }
+
+
+def load_end(scene: Scene) -> float:
+    """Return the time at which the last load of a run ends, s; 0 without a load.
+
+    Loads are the pulse, and the casing's shape where it rises or is let go: before that
+    time a word would be that of another casing than the one that stays.
+    """
+    casing, step = scene.engine.casing, scene.solver.time_step
+    loads = [scene.pulse if scene.is_loaded else 0.0, release_step(scene) * step]
+    if not is_round(scene):
+        loads.append(casing.profile_rise)
+    if casing.kind == "rigid" and casing.amplitude != 0.0:
+        loads.append(casing.rise)
+    return max(loads)
 
 
 def _growing(

@@ -100,6 +100,7 @@ class History:
     contact_impulse : N s, normal impulse of all contacts of the run
     end : s, time of the last step
     judged : evidence for words
+    begun : s, time of the run that is 0 of `judged`, see `between`
     folds : number of sectors that move alike, of which one was integrated; 1: all were
     circle : (b, 2), m, rotating frame: x_o, y_o of an unbalanced rotor without contact,
         at the b samples of the evidence; energies are those of the motion about it; 0
@@ -141,6 +142,7 @@ class History:
     contact_impulse: float
     end: float
     judged: Evidence
+    begun: float = 0.0
     casing: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
     point_tips: Floats = field(default_factory=lambda: np.zeros((0, 1, 0, 2)))
     point_impulse: Floats = field(default_factory=lambda: np.zeros((0, 1, 0)))
@@ -188,6 +190,7 @@ def between(history: History, start: float, end: float) -> History:
     return replace(
         history,
         judged=Evidence(**part),
+        begun=history.begun + start,
         circle=circle,
         free_growth=growth,
         end=end - start,

@@ -116,6 +116,7 @@ def history_of(march: March) -> History:
         free_growth=_free_growth(march, judged),
         stress=march.stresses[:count],
         worn=kept.worn,
+        begun=0.0,
         layer=getattr(march.state, "worn", NO_LAYER),
         **by_point,
     )

@@ -316,6 +316,10 @@ OF_SCENE = (
         lambda *_:
             "engine.rotation must be none or full where the speed changes, got auto"),
     must_be("end", "solver.until", STEADY, got=str),
+    Rule((*CHANGING, "solver.until"),
+        lambda *given: (given[-1] != "decided") | _unchanged(*given[:-1]),
+        lambda *_:
+            "solver.until must be end or certain where the gap changes, got decided"),
     must_be(0, "acceleration", Unless("with a speed_table", SPEED[1:], _is(""))),
     must_be(0, "gap_closure", Unless("with a gap_table", ("gap_table",), _is(""))),
     _begins_at("speed"),

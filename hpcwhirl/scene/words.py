@@ -177,10 +177,11 @@ RULES = {
     "regime": (
         # rotation, friction, supports carried the tips to the amplitude limit, no load
         Rule("divergent", ("stop == 'amplitude'",)),
-        # the pulse still acts within the window
-        Rule("undecided", ("begin < load_end",)),
-        # no contact can recur; or at rest, where no free motion of the rotor grows
+        # no contact can recur, whatever load is still to come
         Rule("damped", ("certificate >= 0",)),
+        # a load still acts within the window, or is still to come
+        Rule("undecided", ("begin < load_end",)),
+        # at rest, where no free motion of the rotor grows
         Rule("damped", ("late_energy == 0", "growth_rotor <= 0")),
         # no contact; the energy falls significantly, and that of no part grows
         Rule("damped", (

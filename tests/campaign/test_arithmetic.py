@@ -281,6 +281,7 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"offset": 1e-5, "history": "speed = 300.0"}, "where the casing is not round"),
     ({"acceleration": 1.0, "rotation": "auto"}, "engine.rotation must be none or full"),
     ({"acceleration": 1.0, "until": "decided"}, "solver.until must be end where"),
+    ({"gap_closure": 1e-5, "until": "decided"}, "end or certain where the gap chang"),
     ({"acceleration": 1.0, "speed": 300.0, "speed_table": SPEEDS},
      "acceleration must be 0 with a speed_table"),
     ({"gap_closure": 1e-5, "gap": 1e-4, "gap_table": GAPS},

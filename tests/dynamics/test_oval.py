@@ -8,6 +8,8 @@ from alike import assert_mirrored
 from dense_blade import multipliers
 from jeffcott import stiff
 
+from hpcwhirl import simulate
+from hpcwhirl.analysis.over_speed import spells_of
 from hpcwhirl.case.profile import departure, room_of, shape_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.casing import wall_of
@@ -252,3 +254,38 @@ def test_a_motion_is_not_continued_in_a_casing_that_is_not_round():
     march, _ = march_of(**OFF, duration=1e-3)
     with pytest.raises(InputError, match="only in a round casing"):
         March(resolve(scene(**OFF)), start=march.motion())
+
+
+RISING = {
+    "traces": "summary", "force": 0.0, "speed": 360.0, "gap": 1.3e-4,
+    "profile": f"{HEAD};2,2.2e-4,0", "interval": 1e-3, "accuracy": 0.03,
+}  # fmt: skip
+RISES = {
+    "rises": {"profile_rise": 0.5},
+    "is let go": {"profile_scale": 0.5, "profile_release": 0.5, "gap": 2e-4},
+    "rigid": {"profile": "", "kind": "rigid", "nodal_diameter": 2, "rise": 0.5,
+              "amplitude": 2e-4},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RISES)
+def test_a_casing_that_still_changes_leaves_the_word_open(name):
+    """As a pulse does: no blade has met yet the casing that stays."""
+    given = RISING | RISES[name]
+    early, late = (
+        simulate(scene(**given, duration=duration)).row for duration in (0.2, 1.0)
+    )
+    assert early["load_end"] == late["load_end"] == pytest.approx(0.5, rel=1e-4)
+    assert early["regime"] == "undecided"
+    assert late["regime"] != "undecided"
+
+
+def test_windows_before_the_casing_stays_are_open_and_later_ones_are_not():
+    """Of a rotor at rest: each window has its own part of the rise."""
+    opens = {"gap": 4e-4, "gap_closure": -1e-6, "windows": 10, "plan": "everything"}
+    row = simulate(scene(**RISING | opens, profile_rise=0.3, duration=1.0)).row
+    first, then = spells_of(row["words_over_speed"])
+    assert (first.regime, then.regime, row["regime"]) == (
+        "undecided", "damped", "damped",
+    )  # fmt: skip
+    assert first.end == pytest.approx(0.3)

@@ -162,9 +162,10 @@ def _regime(numbers, limits):
     value = {name: float(of) for name, of in numbers.items() if not isinstance(of, str)}
     if numbers["stop"] == "amplitude":
         return "divergent"
-    if value["end_time"] - value["window"] < value["load_end"]:
-        return "undecided"
-    if value["certificate"] >= 0.0 or value["late_energy"] == 0.0:
+    loaded = value["end_time"] - value["window"] < value["load_end"]
+    if value["certificate"] >= 0.0 or loaded:
+        return "damped" if value["certificate"] >= 0.0 else "undecided"
+    if value["late_energy"] == 0.0:
         return "damped"
     clear = abs(value["growth_rate"]) > limits.significance * value["growth_error"]
     if not value["late_contacts"]:
