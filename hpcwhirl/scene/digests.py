@@ -115,12 +115,14 @@ class CaseDigests(OfCases[str]):
 
     def _of_case(self, case: int) -> str:
         """Return the digest of the case with the number `case`, hexadecimal."""
-        values = self.shared | self.table[case]
+        own, shared = self.table[case], self.shared
         head, between = self._text
-        one = head.copy()
+        one, parts = head.copy(), list[str]()
         for name, text in zip(sorted(self.table.names), between, strict=True):
-            one.update((fragment(name, values[name]) + text).encode())
-        one.update(f"{json.dumps(self.reads[str(values[FILE])])}]".encode())
+            value = own[name] if name in own else shared[name]
+            parts += fragment(name, value), text
+        file = own[FILE] if FILE in own else shared[FILE]
+        one.update(f"{''.join(parts)}{json.dumps(self.reads[str(file)])}]".encode())
         return str(one.hexdigest())
 
     def __reduce__(self) -> tuple[Any, ...]:
