@@ -368,10 +368,11 @@ def _growing(
     squared = _squared(centre, history.circle[first:], far)
     rest = max(least, NOTHING)
     rates = _rates(np.stack([time, *energies, squared]), (rest, rest, NOTHING, NOTHING))
-    rests = energies[1] == 0.0
-    free = np.broadcast_to(history.free_growth, judged.time.shape)[first:][rests]
-    if (free > 0.0).any():
-        rates["growth_rotor"] = max(rates["growth_rotor"], float(free.max()))
+    if history.free_growth.any():
+        free = np.broadcast_to(history.free_growth, judged.time.shape)[first:]
+        grown = float(free[energies[1] == 0.0].max(initial=0.0))
+        if grown > 0.0:
+            rates["growth_rotor"] = max(rates["growth_rotor"], grown)
     rates["summit"] = summit(judged.time, rotor, start)
     return rates, energies[0].mean() if len(time) else 0.0
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.expression import asker, holds, names_in, parse, value_of
+from hpcwhirl.analysis.expression import Known, asker, holds, names_in, parse, value_of
 from hpcwhirl.scene.quantities import CHAOS
 from hpcwhirl.scene.words import DEFINED, MOTION_RULES, NO_REGIME, RULES, Rule
 
@@ -36,7 +36,7 @@ def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
     return np.select(conditions, [rule.word for rule in rules], default="")
 
 
-def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
+def _first_word(rules: tuple[Rule, ...], known: Known) -> str:
     """Return the word of the first rule that holds in one case; "" if none does.
 
     known : {name in the rules' conditions: its value in the case}
@@ -60,10 +60,8 @@ def words_of_one(
     numbers : {name of evidence: number}, and `stop`, why the run ended
     limits : {name of threshold: number}
     """
-    known = {**numbers, **limits}
+    known = Known({**numbers, **limits}, DEFINED)
     with np.errstate(all="ignore"):  # numbers of a run that blew up
-        for name, text in DEFINED.items():
-            known[name] = asker(text)(known)
         outcome, regime, whirl = (_first_word(rules, known) for rules in RULES.values())
     lost = outcome in NO_REGIME
     return outcome, "none" if lost else regime, "none" if lost else whirl

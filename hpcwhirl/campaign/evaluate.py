@@ -28,6 +28,7 @@ from hpcwhirl.campaign.compute import (
     message_of,
     resolved,
 )
+from hpcwhirl.campaign.measure import Measure
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import Result, notes_on
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
@@ -252,7 +253,8 @@ class Evaluator:
         record = self._record(computed) | {"status": "ok", "message": notes}
         record["row"] = result.row
         record["performance"] = self.where | result.performance
-        record |= self._measured(computed, result)
+        if self.design.measure is not None and "twin" not in computed.facts:
+            record |= self._measured(self.design.measure, computed, result)
         self._append(record, result.traces)
         end = completion_of(record)
         kept = keep and end.is_open
@@ -274,15 +276,14 @@ class Evaluator:
             self.checkpoints.drop(name)
 
     @one_thread(anew=True)
-    def _measured(self, computed: Computation, result: Result) -> Record:
+    def _measured(
+        self, measure: Measure, computed: Computation, result: Result
+    ) -> Record:
         """Return record entries with the numbers of the user's function `measure`.
 
-        They say why there are none if the function raised; {} without `measure` and for
-        twins.
+        They say why there are none if the function raised.
         """
-        if self.design.measure is None or "twin" in computed.facts:
-            return {}
-        found = self.design.measure(computed.scene, result)
+        found = measure(computed.scene, result)
         if WHY_NOT in found:
             case = self.design.name(computed.job.case)
             self._tell(f"{case}: measure gave no numbers: {found[WHY_NOT]}")

@@ -195,7 +195,12 @@ def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
 
 def shortest_limits(model: Model, scene: Scene) -> dict[str, float]:
     """Return {body: longest time step, s, that is stable at all speeds of a scene}."""
-    each = [model.limits(speed) for speed in dict.fromkeys(extremes(scene))]
+    return _shortest(model, tuple(dict.fromkeys(extremes(scene))))
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _shortest(model: Model, speeds: tuple[float, ...]) -> dict[str, float]:
+    each = [model.limits(speed) for speed in speeds]
     return {body: min(one[body] for one in each) for body in each[0]}
 
 

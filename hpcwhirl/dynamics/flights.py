@@ -86,10 +86,8 @@ def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
     return bool((less < 0.0).all(where=pushed | (ahead != 0.0)))
 
 
-def flight_arrays(
-    scene: Scene, beat: int, rotor: Flyer, ring: Floats
-) -> Flight | tuple[()]:
-    """Return the kernel's arrays for jumps of scheme `exact`; () for other schemes.
+def flight_arrays(scene: Scene, beat: int, rotor: Flyer, ring: Floats) -> Flight:
+    """Return the kernel's arrays for jumps of scheme `exact`.
 
     Parameters
     ----------
@@ -98,8 +96,6 @@ def flight_arrays(
     rotor : functions for the rotor's motion without contact
     ring : coefficients of the ring's modes, packed as in the kernel
     """
-    if not scene.solver.flies:
-        return ()
     total, _ = step_counts(scene)
     counts = np.array([2**p for p in range(LONGEST + 1)] + [beat], dtype=np.int64)
     step = scene.solver.time_step

@@ -20,6 +20,7 @@ to round-off.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -28,7 +29,7 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.profile import is_round
 from hpcwhirl.dynamics.timestep import exact_flow, recursion
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.model import MOST_KEPT, Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
@@ -160,8 +161,9 @@ def _times(matrix: Floats, x: Floats) -> Floats:
     return matrix * x if matrix.ndim == 1 else np.asarray(matrix @ x)
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
-    """Return the conversion between velocities and increments of a body's modes.
+    """Return the conversion between velocities and increments of modes, cached.
 
     body, step : modes without terms of rotation, None for a rigid casing; dt, s
     exact : whether a scheme steps by the exact flow, else by central differences

@@ -26,6 +26,7 @@ from hpcwhirl.dynamics.kernels.wave_types import (
     CyclicCasing,
     CyclicContact,
     CyclicRotor,
+    Flight,
 )
 from hpcwhirl.dynamics.operators import friction_with_sign, lobe_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
@@ -222,6 +223,8 @@ class _Ring(NamedTuple):
     column : (modes,), column of the first phase of each mode in the model
     turns : (modes,), h or -h, the mode's harmonic: turns of the amplitude per
         revolution
+    modes : (modes,), indices of each mode in (rows, slots), flat
+    place : (modes,), index of its first coefficient among packed ones, `passes.item`
     """
 
     items: Floats
@@ -229,6 +232,8 @@ class _Ring(NamedTuple):
     slot: Integers
     column: Integers
     turns: Floats
+    modes: Integers
+    place: Integers
 
 
 class _Round(NamedTuple):
@@ -254,8 +259,8 @@ def _round(model: Model) -> _Round:
 def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
     """Return those coefficients of a ring's modes that do not depend on friction.
 
-    They are those in the static frame (speed 0); `_ring_arrays` adds the rotation of
-    the frame.
+    They are those in the static frame (speed 0); `turn_ring` adds the rotation of the
+    frame.
 
     given, step : ring and number of blades; dt, s
     flies : whether the scheme is `exact`, else central differences
@@ -275,18 +280,29 @@ def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
         items[:, place.row, place.slot] = _items(flow, psi, sigma)
     labels = [(p.row, p.slot, p.members[0], p.sign * p.harmonic) for p in places]
     row, slot, column, turns = map(np.array, zip(*labels, strict=True))
-    return _Ring(items, row, slot, column, turns.astype(float))
+    modes = row * slots + slot
+    place = (modes - modes % FOUR) * passes.ITEMS + modes % FOUR
+    return _Ring(items, row, slot, column, turns.astype(float), modes, place)
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _lobes(given: _Round, diameter: int, direction: str) -> Floats:
-    """Return the modal forces (m,), 1/sqrt(kg), of a unit force on k lobes of a ring.
+def _lobes(
+    given: _Round, step: float, diameter: int, direction: str, *, flies: bool
+) -> Floats:
+    """Return the modal forces of a unit force on k lobes of a ring, 1/sqrt(kg).
 
-    given, diameter : ring and number of blades; k
+    They are flat, (rows, slots), with row f for the f-th mode of each slot (nodal
+    diameter).
+
+    given, step, flies : as for `_ring`
+    diameter : k
     direction : "squeeze", inward where cos k theta = 1, or "stretch"
     """
-    load = lobe_load(given.operator, diameter, direction)
-    return np.asarray(load @ given.body.shapes)
+    ring = _ring(given, step, flies=flies)
+    force = lobe_load(given.operator, diameter, direction) @ given.body.shapes
+    out = np.zeros(ring.items[0].size)
+    out[ring.modes] = force[ring.column]
+    return out
 
 
 @lru_cache(maxsize=MOST_RUBBED)
@@ -299,39 +315,31 @@ def _rubbed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
     return _pushed(_ring(given, step, flies=flies).items, float.fromhex(mu))
 
 
+@lru_cache(maxsize=MOST_RUBBED)
+def _packed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
+    """Return the result of `_rubbed_ring` as the kernel reads it, see `passes.packed`.
+
+    given, step, mu, flies : as for `_rubbed_ring`
+    """
+    return passes.packed(_rubbed_ring(given, step, mu, flies=flies).ravel())
+
+
 def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
     """Return the kernel's arrays of the pulse and of the modes of the casing's ring.
 
     The ring is one of harmonics; its modes are in slots, one for each nodal diameter.
     The arrays are empty if the casing is rigid.
     """
-    items, load = _ring_arrays(model, scene)
+    items = load = np.zeros(0)
+    if model.casing is not None and isinstance(model.ring, FourierOperator):
+        step, given = scene.solver.time_step, _round(model)
+        flies, mu = scene.solver.flies, friction_with_sign(scene).hex()
+        items = aligned(_packed_ring(given, step, mu, flies=flies))
+        turn_ring(model, scene, items, None, scene.speed)
+        lobes, direction = scene.nodal_diameter, scene.direction
+        load = _lobes(given, step, lobes, direction, flies=flies)
     _, sign = fold(scene.nodal_diameter, model.blades)
-    loading = Load(scene.force, scene.pulse, load)
-    return loading, CyclicCasing(passes.packed(items), sign)
-
-
-def _ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats]:
-    """Return coefficients of a ring's modes, and their modal forces by a unit pulse.
-
-    Both are flat, (ITEMS, rows, slots) and (rows, slots), with row f for the f-th mode
-    of each slot (nodal diameter), and empty if the casing is rigid.
-    """
-    if model.casing is None or not isinstance(model.ring, FourierOperator):
-        return np.zeros(0), np.zeros(0)
-    step, given = scene.solver.time_step, _round(model)
-    flies, mu = scene.solver.flies, friction_with_sign(scene).hex()
-    ring = _ring(given, step, flies=flies)
-    items = _rubbed_ring(given, step, mu, flies=flies).copy()
-    spin = ring.turns * scene.speed
-    turn = np.exp(1j * (spin * step))
-    items[passes.TURN_RE, ring.row, ring.slot] = turn.real
-    items[passes.TURN_IM, ring.row, ring.slot] = turn.imag
-    items[passes.SPIN, ring.row, ring.slot] = spin
-    load = np.zeros(items.shape[1:])
-    force = _lobes(given, scene.nodal_diameter, scene.direction)
-    load[ring.row, ring.slot] = force[ring.column]
-    return items.ravel(), load.ravel()
+    return Load(scene.force, scene.pulse, load), CyclicCasing(items, sign)
 
 
 def turn_ring(
@@ -350,17 +358,15 @@ def turn_ring(
         return
     step = scene.solver.time_step
     ring = _ring(_round(model), step, flies=scene.solver.flies)
-    modes = ring.row * ring.items.shape[2] + ring.slot
-    place = (modes - modes % FOUR) * passes.ITEMS + modes % FOUR  # as `passes.item`
-    real, imag = (place + FOUR * w for w in (passes.TURN_RE, passes.TURN_IM))
+    real, imag = (ring.place + FOUR * w for w in (passes.TURN_RE, passes.TURN_IM))
     old, spin = items[real] + 1j * items[imag], ring.turns * speed
     turned = np.exp(1j * (spin * step))
     items[real], items[imag] = turned.real, turned.imag
-    items[place + FOUR * passes.SPIN] = spin
+    items[ring.place + FOUR * passes.SPIN] = spin
     if state is None:
         return
     size = len(state.ring) // passes.RING_STATE
-    re = modes + (2 - (int(state.counter[contact.STEP]) & 1)) * 2 * size
+    re = ring.modes + (2 - (int(state.counter[contact.STEP]) & 1)) * 2 * size
     d = (state.ring[re] + 1j * state.ring[re + size]) * (old / turned)
     state.ring[re], state.ring[re + size] = d.real, d.imag
 
@@ -528,8 +534,10 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
     step, mu = scene.solver.time_step, friction_with_sign(scene).hex()
     rotor, hub, column = _rubbed(model, step, mu, flies=scene.solver.flies)
     loading, casing = casing_arrays(model, scene)
-    flyer = flying_modes(passes.unpacked(rotor), step)
-    flight = flight_arrays(scene, beat, flyer, casing.items)
+    flight: Flight | tuple[()] = ()
+    if scene.solver.flies:
+        flyer = flying_modes(passes.unpacked(rotor), step)
+        flight = flight_arrays(scene, beat, flyer, casing.items)
     contact_of = CyclicContact(column.copy(), *transforms(model.blades), flight)
     return Arrays(loading, CyclicRotor(rotor, hub), casing, contact_of)
 

@@ -183,10 +183,12 @@ def _free_growth(march: March, judged: Evidence) -> Floats:
     judged : evidence of the run
     """
     scene, rotor = march.scene, march.model.rotor
+    if scene.engine.rotation != "full":
+        return np.zeros(1)
     changes = law_of(scene) is not None
     energy = judged.rotor if changes else judged.rotor[len(judged.rotor) // 2 :]
     rests = np.abs(energy) <= _blur(march)[0]
-    if scene.engine.rotation != "full" or not rests.any():
+    if not rests.any():
         return np.zeros(1)
     speeds = speed_at(scene, judged.time) if changes else np.array([scene.speed])
     seen = speeds[rests] if changes else speeds

@@ -16,6 +16,7 @@ from hpcwhirl.analysis.columns import Source, matching
 from hpcwhirl.analysis.expression import (
     FUNCTIONS,
     MEANING,
+    Known,
     asker,
     holds,
     parse,
@@ -129,7 +130,7 @@ def test_every_function_means_something_to_both():
     texts = [f"{n}({', '.join(['2'] * least)})" for n, (least, _) in FUNCTIONS.items()]
     given = on_page(texts)
     assert [float(page.gives[0]) for page in given] == pytest.approx(
-        [asker(text)({}) for text in texts]
+        [asker(text)(Known({})) for text in texts]
     )
 
 
@@ -171,7 +172,7 @@ NEGATED = {"yes": "no", "no": "yes", "missing": "missing"}
 
 def truth_of(text):
     """Return which of TRUTHS a condition over a number x that is missing is."""
-    value = float(asker(text)({"x": math.nan}))
+    value = float(asker(text)(Known({"x": math.nan})))
     return {1.0: "yes", 0.0: "no"}.get(value, "missing")
 
 

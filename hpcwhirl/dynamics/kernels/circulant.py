@@ -43,6 +43,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     add_six,
     add_two,
+    aligned_zeros,
     all_aligned,
     broadcast,
     fma,
@@ -86,10 +87,10 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
     w : (N, N), m/N; column j is the opening of all gaps by a unit multiplier on blade j
     """
     padded = -(-blades // FOUR) * FOUR
-    push, inverse, rows, work, again = all_aligned([
-        np.zeros(padded), np.zeros(padded * padded),
-        w[folded(blades, wide)].T.ravel(), np.zeros(4 * padded), np.zeros(2 * wide),
-    ])  # fmt: skip
+    push, inverse, rows, work, again = aligned_zeros(
+        padded, padded * padded, blades * 2 * wide, 4 * padded, 2 * wide
+    )
+    rows[:] = w[folded(blades, wide)].T.ravel()
     fallback = contact_space.py_func(blades, 0)
     fallback.w[:], fallback.have[:] = w.T, 1
     near, lam, opened = (np.zeros(blades) for _ in range(3))

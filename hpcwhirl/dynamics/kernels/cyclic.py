@@ -91,7 +91,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     add_six,
     add_two,
-    all_aligned,
+    aligned_zeros,
     broadcast,
     fma,
     load,
@@ -216,11 +216,9 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
     check_sizes("cyclic", arrays, state, own_sizes(arrays, state))
     blades = len(state.impulse)
     k, wide = widths(blades)
-    spectra = [np.zeros(2 * k)] * 5
-    one, two, three, four, five, rates, slip_b, slip_c, seen = all_aligned([
-        *spectra, np.zeros(2 * wide), np.zeros(4 * k), np.zeros(2 * k),
-        np.zeros((STEPS + 1) * 2 * k + 2 * FOUR),
-    ])  # fmt: skip
+    one, two, three, four, five, rates, slip_b, slip_c, seen = aligned_zeros(
+        *[2 * k] * 5, 2 * wide, 4 * k, 2 * k, (STEPS + 1) * 2 * k + 2 * FOUR
+    )
     return CyclicSpace(
         one, two, three, rates, (slip_b, slip_c), (four, five), np.zeros(blades),
         sample_space(state, blades, 2 * k),

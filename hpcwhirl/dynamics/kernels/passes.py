@@ -89,7 +89,8 @@ def filled_rows(items: Floats, k: int) -> Integers:
 
     items : packed coefficients; the modes of a nodal diameter are in its first rows
     """
-    there = (unpacked(items)[KEEP] != 0.0).reshape(-1, k // FOUR, FOUR).any(axis=2)
+    moves = items.reshape(-1, ITEMS, FOUR)[:, KEEP] != 0.0
+    there = moves.any(axis=1).reshape(-1, k // FOUR)
     rows = np.arange(1, len(there) + 1)[:, None]
     return np.asarray((rows * there).max(axis=0, initial=0))
 

@@ -54,6 +54,17 @@ def all_aligned(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
     return out
 
 
+def aligned_zeros(*lengths: int) -> list[NDArray[np.float64]]:
+    """Return arrays of zeros, (n,) each, that begin at cache lines, in one block."""
+    each, out = LINE // 8, []
+    room = np.zeros(sum(lengths) + each * (1 + len(lengths)))
+    place = -room.__array_interface__["data"][0] % LINE // 8
+    for n in lengths:
+        out.append(room[place : place + n])
+        place += -(-n // each) * each
+    return out
+
+
 class Four(types.Type):
     """Numba's type of a vector of four doubles."""
 

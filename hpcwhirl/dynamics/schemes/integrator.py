@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
-from hpcwhirl.dynamics.kernels.vectors import all_aligned
+from hpcwhirl.dynamics.kernels.vectors import aligned_zeros, all_aligned
 from hpcwhirl.dynamics.motion import Amplitudes, Motion
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -149,12 +148,12 @@ def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> Cyclic
     sizes : lengths of the state's arrays `rotor`, `ring`, `lam` and `sums_b`
     """
     k, wide = widths(blades)
-    rotor, ring, lam, sums_b = map(np.zeros, sizes)
-    own = (
-        rotor, ring, lam, np.full(3 * 2 * wide, gap), sums_b, np.zeros(4 * k),
-        np.zeros(length_of_known(blades), dtype=np.int64), *nothing_yet(blades),
-    )  # fmt: skip
-    return CyclicState(*all_aligned(own))
+    rotor, ring, lam, sums_b = sizes
+    reals = aligned_zeros(rotor, ring, lam, 3 * 2 * wide, sums_b, 4 * k)
+    reals[3][:] = gap
+    known = np.zeros(length_of_known(blades), dtype=np.int64)
+    own = *reals, *all_aligned([known, *nothing_yet(blades)])
+    return CyclicState(*own)
 
 
 def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:
@@ -164,10 +163,12 @@ def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:
     space_of : function that makes the work arrays; called once, at the kernel's first
         use
     """
-    space = cache(space_of)
+    made: list[Any] = []
 
     def kernel(*given: Any) -> None:
-        march(*given, space())
+        if not made:
+            made.append(space_of())
+        march(*given, *made)
 
     return kernel
 

@@ -354,6 +354,8 @@ class RotatingFrame(Integrator):
         turn_ring(self.model, self.scene, items, state, turn)
 
     def _static(self, copies: Floats, stride: int) -> Floats:
+        if not len(copies):
+            return copies
         steps = stride * np.arange(1.0, len(copies) + 1)
         angles = np.asarray(angle_at(self.scene, steps, self.scene.solver.time_step))
         return ring_amplitudes(self.model, copies, angles)

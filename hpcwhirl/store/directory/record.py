@@ -65,7 +65,6 @@ class Layout:
         self.fields = [(t, n, kind, tuple(words)) for t, n, kind, words in fields]
         names = [named(table, name) for table, name, _, _ in self.fields]
         self.place = {name: place for place, name in enumerate(names)}
-        self.tables = {table for table, *_ in self.fields if table}
         self._kinds = [_kind(kind, words) for _, _, kind, words in self.fields]
         bits = -(-len(names) // 8)
         own = [(n, kind.dtype) for n, kind in zip(names, self._kinds, strict=True)]
@@ -78,6 +77,11 @@ class Layout:
             for place, ((table, name, stored, _), kind)
             in enumerate(zip(self.fields, self._kinds, strict=True))
         ]  # fmt: skip
+        # {table: {name: bit of the field}}, "" for fields without a table; all together
+        self._bits: dict[str, dict[str, int]] = {"": {}}
+        for bit, table, name, *_ in self._writes:
+            self._bits.setdefault(table, {})[name] = bit
+        self._all = {table: sum(own.values()) for table, own in self._bits.items()}
         self._body = struct.Struct(f"<{bits}s{codes}")
 
     def __reduce__(self) -> tuple[type[Layout], tuple[Sequence[Field]]]:
@@ -111,29 +115,41 @@ class Layout:
         record : the record
         tag : first bytes of each slot of this journal
         """
-        left = {n: dict(v) if isinstance(v, dict) else v for n, v in record.items()}
+        own = {table: record.get(table, NOTHING) for table in self._bits} | {"": record}
         values, has = [], 0
         for bit, table, name, kind, usual in self._writes:
-            part = left.get(table, NOTHING) if table else left
             try:
-                value = part[name]
+                value = own[table][name]
                 if usual is None or not isinstance(value, usual):
                     value = kind.write(value)
             except (KeyError, TypeError, ValueError, OverflowError):
                 values.append(kind.empty)
                 continue
             values.append(value)
-            del part[name]
             has |= bit
         bits = has.to_bytes(self.dtype["has"].itemsize, "little")
-        text = _text_of({n: v for n, v in left.items()
-                         if v or n not in self.tables or not record[n]})  # fmt: skip
+        text = _text_of(self._left(record, has))
         first = _slot(tag, len(text), 0, self._body.pack(bits, *values))
         crc = int.from_bytes(first[TAG:CHECKED], "little")
         parts = (text[i : i + self.room] for i in range(0, len(text), self.room))
         more = (_slot(tag, -number, crc, part.ljust(self.room, b"\0"))
                 for number, part in enumerate(parts, 1))  # fmt: skip
         return first + b"".join(more)
+
+    def _left(self, record: Record, has: int) -> Record:
+        """Return those entries of a record that its slot does not hold.
+
+        has : bit by bit, whether the slot holds each field
+        """
+        left: Record = {}
+        for name, value in record.items():
+            own = self._bits.get(name) if isinstance(value, dict) else None
+            if own is None:
+                if not has & self._bits[""].get(name, 0):
+                    left[name] = value
+            elif (has & self._all[name]).bit_count() < len(value) or not value:
+                left[name] = {n: v for n, v in value.items() if not has & own.get(n, 0)}
+        return left
 
     def decode(self, slot: bytes, text: Record) -> Record:
         """Return the record that a journal stores in a slot and in text.
