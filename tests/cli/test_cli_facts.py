@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import re
 import shutil
 import tomllib
 
@@ -81,6 +82,7 @@ def test_model_without_json_is_a_table(capsys):
     assert main(["model", "table1"]) == 0
     out = capsys.readouterr().out
     assert all(word in out for word in ("suspension", "blade stiffness", "limit"))
+    assert re.search(r"^coordinates: \d+ of the rotor, \d+ of the casing$", out, re.M)
 
 
 def test_clamping_the_centre_moves_the_one_lobed_rotor_modes_alone(facts):
@@ -111,6 +113,13 @@ def test_run_prints_the_names_that_scripts_rely_on(facts, traces):
     spent = ledger["energy"] + ledger["damping"] + ledger["impact"]
     assert work - spent == pytest.approx(-ledger["residual"], abs=1e-12 * spent)
     assert abs(ledger["residual"]) < 1e-9 * spent
+
+
+def test_a_constant_speed_is_told_once_where_only_the_gap_changes():
+    told = "0..0.02 s 200..200 rad/s undecided mixed; 0.02..0.4 s 200..205 rad/s damped"
+    lines = run_command.over_speed_told({"words_over_speed": f"{told} none"})
+    assert lines[0] == "0 to 0.02 s, 200 rad/s: undecided, whirl mixed"
+    assert lines[1] == "0.02 to 0.4 s, 200 to 205 rad/s: damped, whirl none"
 
 
 def test_the_ledger_balances_as_it_is_printed(capsys):
