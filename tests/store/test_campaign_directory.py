@@ -36,7 +36,7 @@ def test_what_is_half_written_is_removed_once_it_is_old(tmp_path):
 ])  # fmt: skip
 def test_a_directory_that_was_moved_is_not_made_again(tmp_path, write):
     directory = Directory(tmp_path / "out")
-    with pytest.raises(MissingFileError, match="cannot write .*: No such file"):
+    with pytest.raises(MissingFileError, match=r"cannot write .*: No such file"):
         write(directory)
     assert not directory.path.exists()
     directory.path.mkdir()
