@@ -217,8 +217,8 @@ def check_unbalance(model: Model, scene: Scene) -> None:
     if not far < most and scene.engine.rotor.lost_blade != NO_BLADE:
         share = far / scene.engine.rotor.radius
         raise InputError(
-            f"amplitude_limit must be > {share:.6g} (the circle of the rotor without "
-            "its lost blade, without contact), got "
+            f"amplitude_limit must be > {share:.6g} (radius of the tips' circle after "
+            "the loss of the blade, without contact, over the tip radius), got "
             f"{scene.solver.amplitude_limit:.6g}"
         )
     if not far < most:

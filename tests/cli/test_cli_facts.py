@@ -16,6 +16,7 @@ from hpcwhirl import open_results
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.benchmark import bench, sizes
 from hpcwhirl.benchmark.bench import OPERATION, OWN, Timing, over_none
+from hpcwhirl.cli import bench as bench_command
 from hpcwhirl.cli import main, options, tables
 from hpcwhirl.cli import run as run_command
 from hpcwhirl.cli.model import folded, spans_of
@@ -343,6 +344,18 @@ def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
         assert all(0.0 < share <= 1.0 for share in ratios["shares"])
     # which is larger, one repeat on a busy machine cannot tell
     assert min(found["modal_gflops_in_flight"], found["fma_peak_gflops"]) > 0
+
+
+def test_bench_tells_of_each_scheme_that_it_compiles_anew(capsys, monkeypatch):
+    monkeypatch.setattr(bench_command, "facts_of", lambda *_: {})
+    monkeypatch.setattr(bench_command, "start_of", lambda name: {"scheme": name})
+    assert main(["bench", "--compile", "--json"]) == 0
+    told, said = capsys.readouterr()
+    assert [one["scheme"] for one in json.loads(told)["starts"]] == list(NAMES)
+    lines = said.splitlines()
+    assert len(lines) == len(NAMES)
+    for line, name in zip(lines, NAMES, strict=True):
+        assert f"starts of scheme {name}, which is compiled anew" in line
 
 
 def test_bench_compares_no_features_where_no_blade_touches():
