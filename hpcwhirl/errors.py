@@ -90,15 +90,16 @@ def unreadable(path: Path | str, failed: OSError) -> MissingFileError:
 
 def cases_told(count: int) -> str:
     """Return a number of cases as text, such as "1 case" or "22 cases"."""
-    return _counted(count, "case")
+    return number_told(count, "case")
 
 
 def twins_told(count: int) -> str:
     """Return a number of twins as text, such as "1 twin" or "64 twins"."""
-    return _counted(count, "twin")
+    return number_told(count, "twin")
 
 
-def _counted(count: int, noun: str) -> str:
+def number_told(count: int, noun: str) -> str:
+    """Return a number of things as text, such as "1 rank" or "64 ranks"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
@@ -184,7 +185,7 @@ def unknown(what: str, word: str, known: Iterable[str]) -> InputError:
     """
     names = sorted(known)
     word = one_line(word, SHOWN)
-    hint = nearest(word, names) or f"; known: {_listed(names)}"
+    hint = nearest(word, names) or f"; known: {listed(names)}"
     return InputError(f"unknown {what} '{word}'{hint}")
 
 
@@ -210,7 +211,7 @@ def as_table(what: str, given: Any, known: Collection[str] = ()) -> Mapping[str,
     return given
 
 
-def _listed(names: list[str]) -> str:
+def listed(names: list[str]) -> str:
     """Return names joined by commas, for a message; of too many, only the first.
 
     The first names are then followed by the number of those left out.

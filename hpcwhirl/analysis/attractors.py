@@ -163,7 +163,8 @@ def _groups(
 ) -> Iterator[tuple[NDArray[np.intp], str, Floats]]:
     """Yield the cases to be clustered: those of one regime at one point of the sweep.
 
-    Yields (m,), indices of the m cases; their regime; (m, features), in tolerances
+    Yields the indices of the m cases, (m,); their regime; and the features by which
+    they are compared, (m, features), each divided by its tolerance
 
     word, point : (cases,), regime of each case, and number of its point of the sweep
     """

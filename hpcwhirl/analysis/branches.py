@@ -82,7 +82,8 @@ def varied_by(results: Results) -> str:
     inputs = (parsed(own.get("history", "")) for own in settings)
     over = next((name for name, values in inputs if values), "")
     if not over:
-        raise InputError(f"{results.path}: its campaign has no table [branch]")
+        msg = f"{results.path}: its campaign has no table [branch]"
+        raise InputError(f"{msg}, see hpcwhirl manual branches")
     return full_name(over)
 
 

@@ -6,6 +6,7 @@ The numbers become variables of the results.
 from __future__ import annotations
 
 import os
+import re
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
@@ -41,6 +42,7 @@ from hpcwhirl.store.results.variables import VALUES, WHY_NOT
 if TYPE_CHECKING:
     import xarray
 
+ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")  # in the text of an object of Python
 LONGEST = 240  # largest number of bytes of `measure_message`
 ALLOWED = 'a mapping such as {"largest_tip": "m"} or {"largest_tip": ("m", "meaning")}'
 
@@ -100,13 +102,30 @@ class Measure:
         {variable: number}
         """
         if not isinstance(given, Mapping):
-            msg = f"measure must return {{name: number}}, got {shown(given)}"
+            msg = f"measure must return {{name: number}}, got {_plain(given)}"
             raise InputError(msg)
         if given.keys() != self.variables.keys():
             own, got = ", ".join(self.variables), ", ".join(map(str, given))
             msg = f"measure must return the declared variables {own}, got {got}"
             raise InputError(msg)
-        return {name: float(given[name]) for name in self.variables}
+        return {name: _number(name, given[name]) for name in self.variables}
+
+
+def _number(name: str, given: Any) -> float:
+    """Return the value of a variable of a user's function as a number.
+
+    name, given : the variable, and what the function has returned for it
+    """
+    try:
+        return float(given)
+    except (TypeError, ValueError, OverflowError):
+        msg = f"measure must return a number for {name}, got {_plain(given)}"
+        raise InputError(msg) from None
+
+
+def _plain(given: Any) -> str:
+    """Return a value as text that is the same in all runs: without its address."""
+    return ADDRESS.sub("", shown(given))
 
 
 @contextmanager

@@ -257,7 +257,8 @@ class Session:
     def on_root(self, action: Callable[[], T]) -> T | WhirlError:
         """Call `action` on rank 0 only; return its value on every rank.
 
-        A WhirlError that it raises on rank 0 is returned instead, not raised.
+        Rank 0 gets the value itself, the others what was sent, which may lack parts
+        that they do not need. A WhirlError that `action` raises is returned instead.
         """
         done: T | WhirlError | None = None
         if self.comm.rank == 0:
@@ -266,7 +267,7 @@ class Session:
             except WhirlError as failed:
                 done = failed
         told: T | WhirlError = from_root(self.comm, done)
-        return told
+        return told if done is None else done
 
     def run(
         self,

@@ -217,8 +217,8 @@ def check_unbalance(model: Model, scene: Scene) -> None:
     if not far < most and scene.engine.rotor.lost_blade != NO_BLADE:
         share = far / scene.engine.rotor.radius
         raise InputError(
-            f"amplitude_limit must be > {share:.6g} (the circle of the rotor without "
-            "its lost blade, without contact), got "
+            f"amplitude_limit must be > {share:.6g} (radius of the tips' circle after "
+            "the loss of the blade, without contact, over the tip radius), got "
             f"{scene.solver.amplitude_limit:.6g}"
         )
     if not far < most:
@@ -234,8 +234,8 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
 
     Returns
     -------
-    unbalance : kg m
-    force : N, m e Omega^2, including that of a lost blade
+    unbalance : kg m, m e, including that of a lost blade
+    force : N, m e Omega^2
     radius : m, of the centre's circle; for an ellipse that of its forward part
     backward : m, radius of the backward part, if supports differ by direction
     lag : rad, angle by which the centre lags the unbalance, in the sense of rotation
@@ -249,13 +249,15 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
     if places is None:
         return None
     centre = centre_of(model, places)
-    force = force_of(scene) + scene.speed**2 * released_moment(model)
+    own = cmath.rect(scene.unbalance, scene.unbalance_phase)
+    lost = released_moment(model)
+    force = force_of(scene) + scene.speed**2 * lost
     lag = cmath.phase(force * centre.conjugate()) * math.copysign(1.0, scene.speed)
     reach, swung = reach_of(model, scene), swing(model, scene)
     room = room_of(scene)
     back = 0j if swung is None else centre_of(model, swung.conj()) / 2
     return {
-        "unbalance": scene.unbalance,
+        "unbalance": abs(own + lost),
         "force": abs(force),
         "radius": abs(centre),
         "backward": abs(back),

@@ -121,6 +121,8 @@ def _plain(value: Any) -> str:
     if isinstance(value, Mapping):
         pairs = (f"{name} = {_plain(item)}" for name, item in value.items())
         return f"{{{', '.join(pairs)}}}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_plain, value))}]"
     if isinstance(value, str):
         return f'"{value}"'
     return f"{value:g}" if isinstance(value, float) else str(value)

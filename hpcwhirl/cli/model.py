@@ -206,7 +206,10 @@ def told_circle(circle: dict[str, Any]) -> str:
     back = circle["backward"]
     ellipse = f" forward and {1e3 * back:.4g} mm backward" if back else ""
     meets = "the casing holds them" if circle["touches"] else "they touch nothing"
-    of_gap = "" if share is None else f", {100 * share:.3g} % of the gap: {meets}"
+    of_gap = ""
+    if share is not None:
+        part = f"{100 * share:.3g} %" if share < 10.0 else f"{share:.3g} times the size"
+        of_gap = f", {part} of the gap: {meets}"
     return (
         f"unbalance {circle['unbalance']:.4g} kg m, {circle['force']:.4g} N: the centre"
         f" circles with {1e3 * circle['radius']:.4g} mm{ellipse}"
@@ -309,5 +312,6 @@ def _show(facts: dict[str, Any], up_to: float, lobes: int) -> None:
     for line in _limits_and_circle(facts):
         console.print(line, soft_wrap=True, markup=False)
     plan = facts["plan"]
-    console.print(f"coordinates: {plan['coordinates']}")
+    told = ", ".join(f"{n} of the {body}" for body, n in plan["coordinates"].items())
+    console.print(f"coordinates: {told}")
     _show_plan(plan)

@@ -169,6 +169,8 @@ def toml_of(fan: Fan, scene: Scene, checked: Checked) -> str:
         "rotation": scene.engine.rotation,
         "model": told_of_model(checked),
         "pulse_told": told_of_pulse(scene, checked).replace("; ", "\n# "),
+        "full_rpm": f"{checked.full_speed * RPM:.4g}",
+        "gap_mm": f"{1e3 * scene.gap:.4g}",
         "force_kn": f"{scene.force / 1e3:g}",
         "pulse_ms": f"{scene.pulse * 1e3:g}",
         "young": f"{rotor.young / 1e9:g}",

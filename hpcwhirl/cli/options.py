@@ -133,7 +133,7 @@ def add_units(parser: argparse.ArgumentParser, what: str) -> None:
     """
     # fmt: off
     add_option(parser, "--units UNIT[,UNIT]",
-        f"units of {what}, such as mm,rpm,kN; si: as stored (default: practical, "
+        f"units, such as mm,rpm,kN, of {what}; si: as stored (default: practical, "
         "mm and kN, in text and figures; si in CSV and JSON)")
 
 

@@ -15,7 +15,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     add_option(parser, "--out FILE.html",
         "file to write (default: report.html in DIR)", type=Path)
-    add_units(parser, "axes, cases and colours; filters stay in SI")
+    add_units(parser, "axes, cases and colours (filters stay in SI)")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -214,6 +214,11 @@ def motion_told(facts: Mapping[str, Any]) -> str:
     )
 
 
+def _span(first: float, last: float) -> str:
+    """Return two numbers as text, "370 to 430"; as one if they are equal."""
+    return " to ".join(dict.fromkeys(f"{end:.5g}" for end in (first, last)))
+
+
 def over_speed_told(facts: Mapping[str, Any]) -> list[str]:
     """Return lines of text on the words of a run whose speed or gap changes.
 
@@ -224,7 +229,7 @@ def over_speed_told(facts: Mapping[str, Any]) -> list[str]:
     from hpcwhirl.analysis.over_speed import spells_of
 
     lines = [
-        f"{one.begin:.4g} to {one.end:.4g} s, {one.first:.5g} to {one.last:.5g} rad/s: "
+        f"{one.begin:.4g} to {one.end:.4g} s, {_span(one.first, one.last)} rad/s: "
         f"{one.regime}, whirl {one.whirl}"
         for one in spells_of(facts.get("words_over_speed", ""))
     ]

@@ -194,6 +194,7 @@ def place_facts(folder: Path, comm: Communicator = ALONE) -> Facts:
     Returns
     -------
     dict with the keys
+        exists : whether this rank finds the directory
         writable : whether this rank may write in the directory
         seen : whether this rank sees a file that rank 0 has created
         locks : ``held`` if rank 0's lock keeps this rank out, else ``not held``, or the
@@ -230,6 +231,7 @@ def _usage(folder: Path) -> Facts:
     except OSError:
         free = None
     return {
+        "exists": folder.is_dir(),
         "writable": folder.is_dir() and os.access(folder, os.W_OK | os.X_OK),
         "free": free,
         "filesystem": filesystem(folder.resolve(), mounts),

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hpcwhirl.errors import number_told
 from hpcwhirl.launch import family
 
 Facts = dict[str, Any]
@@ -143,9 +144,8 @@ def cores(ranks: Sequence[Facts]) -> Iterator[Finding]:
     for host, here in hosts.items():
         usable = {core for facts in here for core in facts["cores"]}
         bits = here[0]["vector_bits"] or "unknown"
-        got = (
-            f"{host}: {len(here)} ranks on {len(usable)} cores, vectors of {bits} bits"
-        )
+        on = f"{number_told(len(here), 'rank')} on {number_told(len(usable), 'core')}"
+        got = f"{host}: {on}, vectors of {bits} bits"
         remedy = ""
         if len(here) > len(usable):
             remedy = "start no more ranks than cores; mpirun may have bound them to "
@@ -197,8 +197,10 @@ def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
     place = f"{first['folder']} ({first['filesystem'] or 'unknown file system'})"
     bad = next((facts for facts in ranks if not facts["writable"]), None)
     if bad is not None:
-        got = f"{place} cannot be written on {bad['host']}"
-        yield Finding("directory", BREAKS, got, "choose another --out (here --dir)")
+        fault = "cannot be written" if bad["exists"] else "does not exist"
+        got = f"{place} {fault} on {bad['host']}"
+        remedy = "create it, or choose another --out (here --dir)"
+        yield Finding("directory", BREAKS, got, remedy)
         return
     blind = next((facts for facts in ranks if not facts["seen"]), None)
     if blind is not None:

@@ -81,7 +81,8 @@ def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBod
 def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> DenseBody:
     """Return the time loop's arrays of a body as dense matrices.
 
-    body, step : its matrices; None for a rigid casing, whose arrays are empty; dt, s
+    body : matrices of the body; None: a rigid casing, whose arrays are empty
+    step : dt, s
     places : indices of the radial, of the tangential, and of the centre's coordinates
     """
     if body is None:

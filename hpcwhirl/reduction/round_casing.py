@@ -289,8 +289,9 @@ def _check_harmonics(given: Given, table: Table) -> None:
     both = (harmonic == 0) & radial & _moves(table["tangential"])
     if both.any():
         raise given.refusal(
-            "has a casing mode of harmonic 0 with modal_radial and modal_tangential: a "
-            "round casing breathes or turns, one must be 0"
+            "has a casing mode of harmonic 0 with modal_radial and modal_tangential: "
+            "such a mode of a round casing moves either radially or tangentially, so "
+            "one of the two must be 0"
         )
     have = set(harmonic[radial].tolist())
     missing = [h for h in range(int(harmonic.max()) + 1) if h not in have]

@@ -132,6 +132,8 @@ def legend_below(
                   fontsize=8, frameon=False)  # fmt: skip
 
 
+# white ground of a text that stands on lines, as `bbox` of matplotlib
+BOX = {"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0, "alpha": 0.8}
 LONGEST = 80  # largest number of characters of a text that is part of a file name
 
 

@@ -5,6 +5,7 @@ Cases are listed one by one by [[cases]] of a campaign's file, or in a CSV file.
 
 from __future__ import annotations
 
+import ast
 import csv
 import io
 import re
@@ -48,6 +49,8 @@ DESIGN_TABLES = (*KEYS, *TABLES)  # only in campaign files
 WIDEST = 1000  # largest number of bits of a whole number, so that it fits a float
 DEEPEST = 32  # deepest nesting of tables and lists
 # a name with so many dots that a parser would need memory for the square of them
+PARTS = "engine.rotor", "engine.casing"  # tables inside a table
+TWICE = re.compile(r"Cannot declare (\(.*?\)) twice")  # what tomllib says
 DOTTED = re.compile(rf"^[ \t\[]*(?:[\w-]+[ \t]*\.[ \t]*){{{DEEPEST}}}", re.MULTILINE)
 
 
@@ -100,7 +103,7 @@ def scene_of_document(
     known = (*SCENE_TABLES, *extra_tables)
     for table, content in document.items():
         if table not in known:
-            raise unknown("table", table, known)
+            raise unknown("table", table, (*known, *PARTS))
         if table in SCENE_TABLES:
             as_table(f"[{table}]", content)
     data = dict(document.get("scene", {}))
@@ -192,6 +195,12 @@ def parsed_toml(text: str) -> dict[str, Any]:
     return document
 
 
+def _twice(found: re.Match[str]) -> str:
+    """Return in TOML's form what the parser says of a table that is given twice."""
+    names = ast.literal_eval(found[1])
+    return f"the table [{'.'.join(names)}] is given twice"
+
+
 def _members(value: Any) -> list[Any]:
     """Return the values directly inside a parsed TOML table or list; else []."""
     if isinstance(value, dict):
@@ -262,7 +271,9 @@ def load_document(path: Path | str) -> dict[str, Any]:
     try:
         return parsed_toml(_text_of(path).replace("\r\n", "\n"))
     except ValueError as failed:
-        msg = f"{path} is not valid TOML: {one_line(str(failed), 300)}"
+        why = str(failed).replace("Cannot overwrite a value", "a key is given twice")
+        why = one_line(TWICE.sub(_twice, why), 300)
+        msg = f"{path} is not valid TOML: {why}"
         raise InputError(msg) from None
 
 
@@ -270,8 +281,12 @@ def _text_of(path: Path | str) -> str:
     """Return the text of a file in UTF-8; MissingFileError if it cannot be read."""
     try:
         return read_regular(path).decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as failed:
-        msg = f"cannot read {path}: {getattr(failed, 'strerror', None) or failed}"
+    except UnicodeDecodeError as failed:
+        line = 1 + failed.object.count(b"\n", 0, failed.start)
+        msg = f"cannot read {path}: line {line} is not UTF-8: save the file as UTF-8"
+        raise MissingFileError(msg) from None
+    except OSError as failed:
+        msg = f"cannot read {path}: {failed.strerror or failed}"
         raise MissingFileError(msg) from None
 
 

@@ -68,8 +68,13 @@ def keep_names(folder: Path) -> None:
         os.close(handle)
 
 
-def make_folders(folder: Path) -> None:
+def make_folders(folder: Path, *, parents: bool = True) -> None:
     """Make a directory and its missing parents, and sync them to survive a crash.
+
+    Parameters
+    ----------
+    folder : the directory
+    parents : whether missing parents are made, too
 
     Raises
     ------
@@ -77,7 +82,7 @@ def make_folders(folder: Path) -> None:
         where one of the directories cannot be made
     """
     missing = [place for place in (folder, *folder.parents) if not place.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(parents=parents, exist_ok=True)
     for place in missing:
         keep_names(place.parent)
 
@@ -151,7 +156,12 @@ def publish(part: Path, path: Path, check: Check = anyone) -> None:
 
 
 def write_whole(
-    path: Path, data: bytes, check: Check = anyone, *, held: bool = False
+    path: Path,
+    data: bytes,
+    check: Check = anyone,
+    *,
+    held: bool = False,
+    parents: bool = True,
 ) -> None:
     """Replace the content of a file, synced; several processes may do so at once.
 
@@ -160,6 +170,8 @@ def write_whole(
     path, data : the file and its new content
     check : called before the renaming; raises if another process has taken over
     held : whether the temporary file is locked meanwhile, see `replacing`
+    parents : whether missing parents of the file's folder are made; False for a file in
+        a folder of a campaign's directory, which may have been moved meanwhile
 
     Raises
     ------
@@ -167,7 +179,7 @@ def write_whole(
         where the file cannot be written; the former content stays
     """
     with telling(path):
-        make_folders(path.parent)
+        make_folders(path.parent, parents=parents)
         with replacing(path, check, held=held) as part:
             part.write_bytes(data)
 

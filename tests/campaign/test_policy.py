@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from launch import BARE, records, root_variables
+from launch import BARE, launch, records, root_variables
 
 from hpcwhirl.campaign.begin import Policy
 from hpcwhirl.campaign.compute import Checkpoints, compute
@@ -352,6 +352,19 @@ def test_map_and_page_are_written_as_the_file_wants_it(run, tmp_path):
         assert run(text, *words, bare=())[0] == 0
         there = {path.name for path in (tmp_path / "out").iterdir()}
         assert there & (pictures | page) == made
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("words", [[], ["--map=no", "--report=no"]], ids=len)
+def test_two_ranks_draw_no_more_than_the_file_or_the_command_wants(words, tmp_path):
+    file = tmp_path / "c.toml"
+    bare = "" if words else BARE
+    file.write_text(SHORT + "sweep = {speed = [300, 310]}\n" + bare)
+    done = launch("campaign", file, "--out", tmp_path / "out", *words, ranks=2)
+    assert done.returncode == 0, done.err
+    there = {path.name for path in (tmp_path / "out").iterdir()}
+    assert "results.h5" in there
+    assert not there & {"map.png", "map.svg", "report.html"}
 
 
 def test_a_map_of_earlier_results_is_told_of(run):

@@ -30,6 +30,10 @@ TABLES = {
 UNITS = {"widest": ("m", "widest the centre goes"), "samples": "1"}
 
 
+class Nameless:
+    """An object whose text names its address, another one in each run."""
+
+
 def widest(case):
     return {"widest": abs(case.centre).max(), "samples": case.sizes["time"]}
 
@@ -128,8 +132,9 @@ def test_what_the_function_raises_is_a_reason_and_no_failed_case(
     [
         ({"a": 1.0, "b": 2.0}, "must return the declared variables one, got a, b"),
         (3.0, "must return {name: number}, got 3.0"),
-        ({"one": "many"}, "could not convert string to float: 'many'"),
-        ({"one": np.ones(2)}, "only"),
+        ({"one": "many"}, "must return a number for one, got 'many'"),
+        ({"one": np.zeros(3)}, "must return a number for one, got array([0., 0., 0.])"),
+        (Nameless(), "must return {name: number}, got <test_python.Nameless object>"),
     ],
 )
 def test_what_is_no_number_is_a_reason(given, why, tmp_path):

@@ -2,6 +2,7 @@
 
 import dataclasses
 import errno
+import json
 import math
 import os
 
@@ -12,6 +13,7 @@ from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.case.fan import FANS, Fan, scene_of_fan
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
+from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import modal_table
 from hpcwhirl.reduction.waves import unstable_from
@@ -105,6 +107,15 @@ def test_the_file_has_the_scene_that_was_checked(tmp_path):
     speeds = {each["speed"] for each in design.settings}
     assert 12 <= len(speeds) <= 30
     assert 0.9 < max(speeds) / (400 / 0.9) <= 1.0
+
+
+def test_one_case_of_the_file_is_the_fan_at_full_speed_with_its_gap(tmp_path, capsys):
+    path = made(tmp_path, *ASKED)
+    capsys.readouterr()
+    assert main(["model", str(path), "--json", "--orders", "1"]) == 0
+    told = json.loads(capsys.readouterr().out)["rotation"]
+    assert told["clearance"] == pytest.approx(0.8e-3)
+    assert scene_of(str(path), []).speed == pytest.approx(400 / 0.9, rel=1e-3)
 
 
 def test_it_says_how_large_the_pulse_is_in_gaps(tmp_path, capsys):

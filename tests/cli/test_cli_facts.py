@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import re
 import shutil
 import tomllib
 
@@ -15,6 +16,7 @@ from hpcwhirl import open_results
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.benchmark import bench, sizes
 from hpcwhirl.benchmark.bench import OPERATION, OWN, Timing, over_none
+from hpcwhirl.cli import bench as bench_command
 from hpcwhirl.cli import main, options, tables
 from hpcwhirl.cli import run as run_command
 from hpcwhirl.cli.model import folded, spans_of
@@ -81,6 +83,7 @@ def test_model_without_json_is_a_table(capsys):
     assert main(["model", "table1"]) == 0
     out = capsys.readouterr().out
     assert all(word in out for word in ("suspension", "blade stiffness", "limit"))
+    assert re.search(r"^coordinates: \d+ of the rotor, \d+ of the casing$", out, re.M)
 
 
 def test_clamping_the_centre_moves_the_one_lobed_rotor_modes_alone(facts):
@@ -111,6 +114,13 @@ def test_run_prints_the_names_that_scripts_rely_on(facts, traces):
     spent = ledger["energy"] + ledger["damping"] + ledger["impact"]
     assert work - spent == pytest.approx(-ledger["residual"], abs=1e-12 * spent)
     assert abs(ledger["residual"]) < 1e-9 * spent
+
+
+def test_a_constant_speed_is_told_once_where_only_the_gap_changes():
+    told = "0..0.02 s 200..200 rad/s undecided mixed; 0.02..0.4 s 200..205 rad/s damped"
+    lines = run_command.over_speed_told({"words_over_speed": f"{told} none"})
+    assert lines[0] == "0 to 0.02 s, 200 rad/s: undecided, whirl mixed"
+    assert lines[1] == "0.02 to 0.4 s, 200 to 205 rad/s: damped, whirl none"
 
 
 def test_the_ledger_balances_as_it_is_printed(capsys):
@@ -334,6 +344,18 @@ def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
         assert all(0.0 < share <= 1.0 for share in ratios["shares"])
     # which is larger, one repeat on a busy machine cannot tell
     assert min(found["modal_gflops_in_flight"], found["fma_peak_gflops"]) > 0
+
+
+def test_bench_tells_of_each_scheme_that_it_compiles_anew(capsys, monkeypatch):
+    monkeypatch.setattr(bench_command, "facts_of", lambda *_: {})
+    monkeypatch.setattr(bench_command, "start_of", lambda name: {"scheme": name})
+    assert main(["bench", "--compile", "--json"]) == 0
+    told, said = capsys.readouterr()
+    assert [one["scheme"] for one in json.loads(told)["starts"]] == list(NAMES)
+    lines = said.splitlines()
+    assert len(lines) == len(NAMES)
+    for line, name in zip(lines, NAMES, strict=True):
+        assert f"starts of scheme {name}, which is compiled anew" in line
 
 
 def test_bench_compares_no_features_where_no_blade_touches():

@@ -20,7 +20,7 @@ HEALTHY = {
     "cache_kernels": 5, "mpi": "Open MPI v5", "mpi_libraries": ["/lib/libmpi.so.40"],
     "mpi_error": "", "mpirun": "/bin/mpirun", "mpirun_version": "mpirun (Open MPI) 5",
     "folder": "/d", "writable": True, "free": 1e12, "filesystem": "lustre",
-    "seen": True, "locks": "held", "exclusive": False,
+    "seen": True, "exists": True, "locks": "held", "exclusive": False,
 }  # fmt: skip
 
 
@@ -125,6 +125,15 @@ def test_a_missing_directory_breaks_and_is_one_finding(tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)["findings"]
     levels = {finding["what"]: finding["level"] for finding in told}
     assert [what for what, level in levels.items() if level == BREAKS] == ["directory"]
+    missing = next(finding for finding in told if finding["what"] == "directory")
+    assert "does not exist" in missing["got"]
+    assert missing["remedy"].startswith("create it")
+
+
+def test_one_rank_on_one_core_is_told_in_the_singular():
+    (alone,) = [f for f in findings([HEALTHY | {"exclusive": True}], 1)
+                if f.what == "cores"]  # fmt: skip
+    assert ": 1 rank on " in alone.got
 
 
 def test_mpi_that_aborts_takes_no_one_along(monkeypatch):

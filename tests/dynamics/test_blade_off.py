@@ -4,6 +4,7 @@ Of a rigid wheel: m' z'' + ... + k z = -m_b r_b Omega^2 e^{i theta_j}, m' withou
 """
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -191,3 +192,8 @@ def test_exact_refuses_and_a_command_says_where_it_is(capsys):
     assert main(["model", "--json", *given, *small]) == 0
     told = json.loads(capsys.readouterr().out)["rotation"]["unbalance"]
     assert told["radius"] > 0.0
+    assert told["unbalance"] > 0.5  # kg m, of the blade
+    assert told["force"] == pytest.approx(told["unbalance"] * 410.0**2)
+    assert main(["model", *given, *small]) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert re.search(r"unbalance 1\.\d+ kg m, .* times the size of the gap", shown)

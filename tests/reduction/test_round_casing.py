@@ -171,7 +171,7 @@ def refusal(file, **settings):
         (lambda t: {"omega": t["omega"] * np.nan}, "omega must be finite, got nan"),
         (lambda t: {"radial": t["radial"][1:]}, "radial must have as many entries"),
         (lambda t: {n: t[n][:0] for n in TABLE}, "must have as many entries"),
-        (lambda t: {"tangential": t["tangential"] + 0.01}, "breathes or turns"),
+        (lambda t: {"tangential": t["tangential"] + 0.01}, "radially or tangential"),
         (lambda t: {n: t[n][t["harmonic"] != 3] for n in TABLE},
          "has no casing mode that moves radially in harmonic 3, but some in 20"),
         (lambda t: {"radial": np.where(t["harmonic"] == 2, 0.0, t["radial"])},

@@ -212,6 +212,20 @@ def test_energies_are_on_a_logarithmic_axis_and_none_is_lost(cases):
         assert drawn == pytest.approx(values[:: len(values) // len(drawn)])
 
 
+def test_the_gap_is_seen_over_an_orbit_and_its_legend_hides_no_curve(cases):
+    """The dashed circle lies above the path, on white; legends stand beside axes."""
+    static, _ = motions.draw_orbits(cases, 0, transient=True).axes
+    gap = next(line for line in static.lines if line.get_label() == "gap")
+    others = [line.get_zorder() for line in static.lines if line is not gap]
+    assert gap.get_zorder() > max(others)
+    assert gap.get_path_effects()
+    figure = motions.draw_traces(cases.traces(0), cases.rows[0])
+    figure.canvas.draw()
+    for panel in figure.axes:
+        inside = panel.get_window_extent()
+        assert panel.get_legend().get_window_extent().x0 >= inside.x1
+
+
 @pytest.mark.parametrize(("samples", "coarse"), [(12, True), (60, False)])
 def test_the_samples_of_an_orbit_are_shown_where_they_are_few(samples, coarse):
     """A circle of 12 samples turns by 30 degrees from one to the next."""
@@ -456,7 +470,8 @@ def test_the_engine_has_shapes_and_a_campbell_diagram(finished, tmp_path):
     assert main([*words, "--kind", "shapes", "--kind", "campbell"]) == 0
     assert {p.name for p in tmp_path.iterdir()} == {"shapes.png", "campbell.png"}
     axes = frequencies.draw_campbell(Scene(), np.array([200.0, 500.0])).axes[0]
-    assert any(t.get_text() == "Eq. 13: 271 rad/s" for t in axes.texts)
+    named = [t for t in axes.texts if t.get_text() == "Eq. 13: 271 rad/s"]
+    assert [t.get_bbox_patch().get_facecolor()[:3] for t in named] == [(1, 1, 1)]
     assert axes.get_ylabel() == "frequency, Hz (rotating frame)"
 
 

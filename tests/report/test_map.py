@@ -4,7 +4,7 @@ import csv
 import tracemalloc
 from collections import Counter
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 from types import SimpleNamespace
 from xml.etree import ElementTree as ET
 
@@ -20,6 +20,7 @@ from hpcwhirl.cli import campaign, main
 from hpcwhirl.report import canvas, render_process
 from hpcwhirl.report.map import critical, drawing, layout, maps
 from hpcwhirl.report.map.axes import Axis, cell_edges, straight
+from hpcwhirl.report.map.colours import Colours
 from hpcwhirl.report.map.data import Wish, picture_of
 from hpcwhirl.report.map.drawing import NO_CELL
 from hpcwhirl.scene.campaign_tables import Campaign
@@ -245,9 +246,7 @@ def test_points_are_drawn_where_the_plane_does_not_tell_all(made):
 def test_an_input_that_goes_with_another_is_told(made):
     map_ = drawn(made("zip"))
     assert map_.picture.y.name == ""
-    assert any(
-        "gap varies with speed: 0.0002 to 0.0006" in t for t in texts(map_.figure)
-    )
+    assert any("gap varies with speed: 0.2 to 0.6 mm" in t for t in texts(map_.figure))
 
 
 def test_axes_panels_and_cases_may_be_chosen_as_the_toml_names_them(tmp_path):
@@ -278,7 +277,7 @@ def test_texts_and_lists_lie_on_an_axis_and_may_be_chosen(made):
     ("wish", "said"),
     [
         ({"y": "gpa"}, "'gpa'; did you mean 'gap'"),
-        ({"y": "pulse"}, "swept input 'pulse'"),
+        ({"y": "pulse"}, "input 'pulse' was not swept; swept: "),
         ({"x": "gap", "y": "gap"}, "by only one of --x, --y and --panel"),
         ({"at": ("gap=3e-4",)}, "no case has this value, known: 0.0001, 0.000128"),
         ({"at": ("speed",)}, "--at must be NAME=VALUE"),
@@ -368,6 +367,21 @@ def test_a_number_with_signs_has_zero_in_the_middle(made):
     colours = drawn(made("many"), colour="growth_rate").picture.colours
     assert colours.norm()(0.0) == pytest.approx(0.5)
     assert colours.map() == canvas.DIVERGING
+
+
+@pytest.mark.parametrize("rows", ["uneven", "many"])
+def test_labels_of_a_bar_of_both_signs_do_not_overlap(made, rows, monkeypatch):
+    shown = np.array([-20.0, -2.2, -0.067, 0.067, 0.25, 23.6])
+    monkeypatch.setattr(Colours, "_known", lambda _: np.repeat(shown, 5))
+    figure = drawn(made(rows), colour="growth_rate").figure
+    figure.canvas.draw()
+    bar = figure.axes[-1]
+    assert bar.get_ylabel() == "growth rate, 1/s"
+    boxes = sorted((t.get_window_extent() for t in bar.get_yticklabels()
+                    if t.get_text()), key=lambda box: box.y0)  # fmt: skip
+    assert len(boxes) >= 5
+    for below, above in pairwise(boxes):
+        assert below.y1 <= above.y0 + 1.0  # pixel
 
 
 def test_one_number_may_be_over_another(made):

@@ -99,6 +99,25 @@ def test_what_no_scene_needs_is_told(tmp_path, text, why):
     assert why in told(load_design, tmp_path / "c.toml", {})
 
 
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (b"[scene]\n# \xe9\nspeed = 1", "line 2 is not UTF-8: save the file as UTF-8"),
+        ("[scene]".encode("utf-16"), "line 1 is not UTF-8: save the file as UTF-8"),
+        (b"[scene]\ngap = 1\ngap = 2\n", "a key is given twice (at line 3"),
+        (b"[scene]\n[scene]\n", "the table [scene] is given twice (at line 2"),
+        (b"[engine.rotor]\n[engine.rotor]", "the table [engine.rotor] is given twice"),
+        (b"[rotor]\nblades = 18", "did you mean 'engine.rotor'?"),
+        (b"[sweep]\nomega = [1, 2]", "'omega': use the input speed"),
+        ("[sweep]\n'Ω' = [1, 2]".encode(), "'Ω': use the input speed"),
+        (b"[scene]\nmu = 0.1", "'mu': use the input friction"),
+    ],
+)  # fmt: skip
+def test_a_slip_in_a_file_is_told_in_the_words_of_its_writer(tmp_path, content, why):
+    (tmp_path / "c.toml").write_bytes(content)
+    assert why in told(load_design, tmp_path / "c.toml", {})
+
+
 def test_a_setting_of_several_lines_loses_none_of_them():
     with pytest.raises(InputError, match="more than one line"):
         parse_setting("gap=1e-4\nspeed=3")

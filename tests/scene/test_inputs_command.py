@@ -249,3 +249,4 @@ def test_tables_of_a_campaign_are_told_by_name(table, capsys):
     assert main(["inputs", f"[{table}]"]) == 0
     out = capsys.readouterr().out
     assert all(key in out for key in CAMPAIGN_KEYS[table])
+    assert "()" not in out  # a list is told as TOML writes it

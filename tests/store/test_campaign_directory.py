@@ -2,11 +2,12 @@
 
 import os
 
+import numpy as np
 import pytest
 from journals import plan_of
 from specimen import begin
 
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.store.atomic import part_of
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.manifest import PlanFile
@@ -27,6 +28,20 @@ def test_what_is_half_written_is_removed_once_it_is_old(tmp_path):
     directory.sweep(101.0)
     assert not any(half.exists() for half in halves)
     assert all(path.exists() for path in whole)
+
+
+@pytest.mark.parametrize("write", [
+    lambda directory: directory.states.write("a" * 64, {}, {"x": np.ones(3)}),
+    lambda directory: directory.runs.write(1, []),
+])  # fmt: skip
+def test_a_directory_that_was_moved_is_not_made_again(tmp_path, write):
+    directory = Directory(tmp_path / "out")
+    with pytest.raises(MissingFileError, match=r"cannot write .*: No such file"):
+        write(directory)
+    assert not directory.path.exists()
+    directory.path.mkdir()
+    write(directory)
+    assert any(directory.path.glob("*/*"))
 
 
 def test_a_directory_put_aside_is_the_same_campaign_elsewhere(tmp_path):

@@ -107,9 +107,9 @@ class KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
 
 
 class PartLibrary(KernelLibrary):
-    """Container of compiled code that only callers link and optimise.
+    """Code of one function, which its callers link into theirs and optimise there.
 
-    The code is as it was lowered, and not executable itself.
+    The library holds the function as the compiler has lowered it, which cannot run.
     """
 
     def _optimize_final_module(self) -> None:

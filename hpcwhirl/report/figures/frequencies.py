@@ -28,7 +28,14 @@ from hpcwhirl.reduction.families import (
     rotor_by_diameter,
 )
 from hpcwhirl.reduction.waves import unbalance_speeds, unstable_from
-from hpcwhirl.report.canvas import axis_of, eq13_of, legend_below, new_figure, value_of
+from hpcwhirl.report.canvas import (
+    BOX,
+    axis_of,
+    eq13_of,
+    legend_below,
+    new_figure,
+    value_of,
+)
 from hpcwhirl.report.map.axes import cell_edges
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.units import shown_in
@@ -213,8 +220,8 @@ def _marks(axes: Any, case: Case, casing: Mapping[int, float], most: float) -> N
             at = speed, (k * speed - casing[k]) / (2 * np.pi)
             axes.plot(*at, "o", c="black", mfc="white", ms=5, zorder=4)
             axes.annotate(f"{eq13_of(name)}: {_speed(speed)}", at,
-                          (6, 8 if name == "1F" else -14), fontsize=8,
-                          textcoords="offset points")  # fmt: skip
+                          (6, 8 if name == "1F" else -14), fontsize=8, bbox=BOX,
+                          textcoords="offset points", zorder=5)  # fmt: skip
 
 
 def draw_stability(scene: Scene, speeds: Floats) -> Any:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.participation import family_amplitudes
@@ -133,7 +134,8 @@ def draw_orbit(
     if 0.05 * gap < np.abs(shown).max(initial=0.0):
         turn = np.linspace(0, 2 * np.pi, 200)
         circle = factor * gap * np.array([np.cos(turn), np.sin(turn)])
-        axes.plot(*circle, "k--", lw=0.8, label="gap")
+        (round_it,) = axes.plot(*circle, "k--", lw=0.8, zorder=3, label="gap")
+        round_it.set_path_effects([withStroke(linewidth=2.4, foreground="white")])
     axes.set_aspect("equal", "datalim")
 
 
@@ -296,6 +298,7 @@ def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
         axes[2].set(ylabel="tips, mm (rotating)")
     for panel in axes:
         panel.axvline(row["end_time"] - row["window"], c="grey", ls=":", lw=0.8)
-        panel.legend(loc="upper right", fontsize=8)
+        panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8,
+                     frameon=False)  # fmt: skip
     axes[-1].set_xlabel(axis_of("time"))
     return figure

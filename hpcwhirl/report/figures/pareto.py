@@ -197,7 +197,7 @@ def markdown(facts: Facts) -> str:
 def draw_tradeoff(facts: Facts, path: Path) -> Path:
     """Draw error over cost of all settings, with the Pareto front; return the path.
 
-    A dotted line shows the difference between twins, which chance alone makes.
+    A dotted line shows how much twins differ, which chance alone causes.
 
     facts, path : data of a measurement; file to write
     """

@@ -15,7 +15,7 @@ from hpcwhirl.analysis.rotation import critical_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.canvas import eq13_of
+from hpcwhirl.report.canvas import BOX, eq13_of
 from hpcwhirl.report.map.axes import Axis, straight
 from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene import Scene
@@ -171,10 +171,9 @@ def _name(axes: Any, text: str, at: tuple[float, float], *, upright: bool) -> No
     at, upright : end of the line; whether the line is vertical
     """
     look = {"fontsize": 6.5, "textcoords": "offset points"}
-    box = {"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0, "alpha": 0.8}
     if upright:  # two lines, since wide names would overlap
         axes.annotate(text.replace(", ", ",\n"), at, (0, -2), ha="center", va="top",
-                      bbox=box, **look)  # fmt: skip
+                      bbox=BOX, **look)  # fmt: skip
     else:
-        axes.annotate(text, at[::-1], (-2, 0), ha="right", va="center", bbox=box,
+        axes.annotate(text, at[::-1], (-2, 0), ha="right", va="center", bbox=BOX,
                       **look)  # fmt: skip

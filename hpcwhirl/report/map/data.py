@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, cases_told
-from hpcwhirl.report.canvas import name_of
+from hpcwhirl.report.canvas import NAMED, name_of
 from hpcwhirl.report.map.axes import Axis, Levels, axis_of, no_axis, scale_of
 from hpcwhirl.report.map.colours import Colours, by_majority, colours_of
 from hpcwhirl.scene.units import shown_in, with_unit
@@ -277,7 +277,7 @@ def _panels(inputs: Inputs, x: str, y: str, wish: Wish) -> tuple[list[str], list
             continue
         by = next((n for n in (x, y) if n and _follows(inputs, name, n)), None)
         if by:
-            along.append(f"{name} varies with {by}: {span(inputs[name])}")
+            along.append(f"{name} varies with {by}: {span(name, inputs[name])}")
         else:
             left.append(name)
     for name in left:
@@ -285,18 +285,25 @@ def _panels(inputs: Inputs, x: str, y: str, wish: Wish) -> tuple[list[str], list
         if few or _hidden(inputs, [x, y, *panels]):
             panels.append(name)
         else:
-            along.append(f"{name} differs from case to case: {span(inputs[name])}")
+            along.append(
+                f"{name} differs from case to case: {span(name, inputs[name])}"
+            )
     if len(panels) == 2 and not wish.panels:  # rows are the input with fewer values
         panels.sort(key=lambda name: len(inputs[name]))
     _check_panels(inputs, panels, [x, y], asked=bool(wish.panels))
     return panels, along
 
 
-def span(values: Levels) -> str:
-    """Return the range of an input as text: "1 to 5", or for texts "3 values"."""
+def span(name: str, values: Levels) -> str:
+    """Return the range of an input as text: "1 to 5 mm", or for texts "3 values".
+
+    name, values : the input, whose unit is shown as the user chose; its values
+    """
     if not values.numeric:
         return f"{len(values)} values"
-    return f"{values.known[0]:.4g} to {values.known[-1]:.4g}"
+    unit, factor = shown_in(NAMED[name].unit if name in NAMED else "")
+    ends = (f"{factor * values.known[i]:.4g}" for i in (0, -1))
+    return with_unit(" to ".join(ends), unit, " ")
 
 
 def _together(inputs: Inputs, names: Sequence[str], count: int) -> tuple[Cells, Cells]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.colors import SymLogNorm
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 from numpy.typing import NDArray
 
@@ -36,6 +37,8 @@ WIDEST, LOWEST = 9.5, 5.6  # inches, largest width and height of a single panel
 PAGE = 13.0  # inches, width of all columns of panels together
 A_LEVEL = 1.1  # inches, largest width of a cell
 MOST_DECADES = 3.0  # largest number of decades of an axis without exponents
+LABEL = 0.2  # inches, height of a label of a colour bar with its margins
+BAR = 0.7  # least height of a colour bar, as a share of that of the figure
 BESIDE = 0.9, 0.45  # inches, width and height that ticks and labels of a panel take
 
 
@@ -178,7 +181,25 @@ def _fill(figure: Any, panels: NDArray[Any], sheet: Sheet) -> None:
         axes.set_title(panel_title(values), fontsize=9, parse_math=False)
     if drawn is not None:
         bar = figure.colorbar(drawn, ax=list(panels), pad=0.01, aspect=30)
+        if isinstance(bar.norm, SymLogNorm):
+            bar.set_ticks(apart(bar, figure.get_figheight()))
         bar.set_label(picture.colours.label, parse_math=False)
+
+
+def apart(bar: Any, height: float) -> list[float]:
+    """Return the ticks of a colour bar whose labels do not overlap, nearest 0 first.
+
+    On a symmetric logarithmic scale the powers of ten near 0 lie close together.
+
+    bar, height : colour bar of matplotlib; height of its figure, inches
+    """
+    least = LABEL / (BAR * height)  # distance of labels, as a share of the bar
+    kept: list[float] = []
+    for tick in sorted(bar.get_ticks(), key=abs):
+        places = bar.norm([tick, *kept])
+        if 0.0 <= places[0] <= 1.0 and all(abs(places[1:] - places[0]) >= least):
+            kept.append(float(tick))
+    return sorted(kept)
 
 
 def _decorate(grid: NDArray[Any], sheet: Sheet) -> None:

@@ -44,7 +44,7 @@ class Runs:
         """
         told = {"run": run, "stopped": stopped, "ranks": shares}
         text = json.dumps(told, indent=1) + "\n"
-        write_whole(self.place / f"{run:04d}.json", text.encode())
+        write_whole(self.place / f"{run:04d}.json", text.encode(), parents=False)
 
     def shares(self, say: Say | None = None) -> list[Share]:
         """Return how each rank of each run used its time, in the order of the runs.

@@ -58,7 +58,7 @@ class States:
         head: Record = {"format": FORMAT, "digest": digest, "belongs": belongs}
         head["arrays"] = {n: [a.dtype.str, list(a.shape)] for n, a in arrays.items()}
         head |= {"bytes": len(data), "crc": zlib.crc32(data)}
-        write_whole(self._path(digest), sealed(head) + data)
+        self._replace(digest, sealed(head) + data)
 
     def read(self, digest: str, belongs: Record) -> Arrays | None:
         """Return {name: array} of a case's saved state; None if no state is saved.
@@ -109,8 +109,11 @@ class States:
             _arrays(head, data, {"format": FORMAT, "digest": digest})
         except (OSError, KeyError, TypeError, ValueError):
             return False
-        write_whole(self._path(after), sealed({**(head or {}), "digest": after}) + data)
+        self._replace(after, sealed({**(head or {}), "digest": after}) + data)
         return True
+
+    def _replace(self, digest: str, content: bytes) -> None:
+        write_whole(self._path(digest), content, parents=False)
 
     def drop(self, digest: str) -> None:
         """Remove the saved state of a case, if there is one."""

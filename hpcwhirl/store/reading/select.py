@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.errors import InputError, listed, unknown
 from hpcwhirl.scene import input_names
 from hpcwhirl.scene.quantities import INPUTS, variable_name
 from hpcwhirl.scene.units import in_si, measure, told_of
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from hpcwhirl.store.reading.results_file import Results
 
+SWEPT = "swept input"  # what most names of variables stand for, in messages
 SAME = 1e-9  # relative difference up to which numbers count as equal
 MOST_SHOWN = 8  # largest number of values in a message
 UNITS = {variable_name(name): quantity.unit for name, quantity in INPUTS.items()}
@@ -47,7 +48,7 @@ def follows(data: xarray.Dataset, name: str, by: str) -> bool:
     return len(set(zip(known, values, strict=True))) == len(set(known))
 
 
-def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> str:
+def variable_of(name: str, known: Iterable[str], what: str = SWEPT) -> str:
     """Return the results' variable of an input that a user names, in any allowed form.
 
     Parameters
@@ -65,6 +66,8 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
         raise InputError(f"{what} '{name}' may mean {', '.join(found)}: give one name")
     if not found and not among:
         raise InputError(f"unknown {what} '{name}': no input was swept")
+    if dotted and not found and what == SWEPT:
+        raise InputError(f"input '{name}' was not swept; swept: {listed(among)}")
     if not found:
         raise unknown(what, name, among)
     return found[0]

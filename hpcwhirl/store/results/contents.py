@@ -354,7 +354,8 @@ def stamp(directory: Directory) -> None:
     Another program that writes to results.h5 is noticed by it.
     """
     with suppress(WhirlError):  # without a stamp, results are gathered again
-        write_whole(directory.runs.place / STAMP, _told(directory.results).encode())
+        told = _told(directory.results).encode()
+        write_whole(directory.runs.place / STAMP, told, parents=False)
 
 
 def _is_stamped(directory: Directory) -> bool:

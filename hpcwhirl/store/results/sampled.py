@@ -124,7 +124,8 @@ def drawn_of(data: xarray.Dataset) -> Drawn:
         where nothing was drawn
     """
     if not is_sampled(data):
-        raise InputError("this campaign has no [sample]: its inputs were not drawn")
+        msg = "this campaign has no [sample]: its inputs were not drawn, see hpcwhirl "
+        raise InputError(f"{msg}manual uncertainty")
     try:
         told = json.loads(data.attrs[SAMPLE])
         method, each = str(told["method"]), int(told[EACH])
