@@ -27,7 +27,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from attacks.process import PROGRAM, kill_tree, start
 from common import parser_of, processor_time
-from evidence.same_bits import same, variables
+from evidence.same_bits import differing, variables
 
 from hpcwhirl.campaign.evaluate import Evaluator
 from hpcwhirl.cli import main as hpcwhirl
@@ -109,7 +109,7 @@ def lowest(file: Path, out: Path) -> None:
 def main() -> int:
     """Run both campaigns and hold their results against each other."""
     parser = parser_of(__doc__)
-    parser.add_argument("--cases", type=int, default=10_000, help="a multiple of 100")
+    parser.add_argument("--cases", type=int, default=10_000, help="200, 300, ...")
     parser.add_argument("--ranks", type=int, default=2)
     parser.add_argument("--kills", type=int, default=10)
     parser.add_argument("--steps", type=int, default=5_000, help="of a case")
@@ -129,10 +129,7 @@ def main() -> int:
               f"case; {memory:.0f} MB", flush=True)  # fmt: skip
         told(whole, args.cases)
         count = killed(file, cut, args.ranks, args.kills, seconds)
-        one, two = (variables(out / "results.h5") for out in (whole, cut))
-        odd = [
-            name for name in one if name not in two or not same(one[name], two[name])
-        ]
+        odd = differing(*(variables(out / "results.h5") for out in (whole, cut)))
         bits = f"differ: {' '.join(odd)}" if odd else "the same bits"
         print(f"killed {count} times: {bits}")
     return bool(odd)

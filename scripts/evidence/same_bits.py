@@ -109,14 +109,21 @@ def same(one: np.ndarray, two: np.ndarray) -> bool:
     return bool(np.all(one == two))
 
 
+def differing(one: dict[str, np.ndarray], two: dict[str, np.ndarray]) -> list[str]:
+    """Return the names of variables that one of them has alone, or that differ."""
+    both = sorted(one.keys() & two.keys())
+    return sorted(one.keys() ^ two.keys()) + [
+        name for name in both if not same(one[name], two[name])
+    ]
+
+
 def compare(before: Path, after: Path) -> int:
     """Print what differs between two folders; return how many variables do."""
     differ = 0
     for path in sorted(before.glob("*/results.h5")):
         name = path.parent.name
         old, new = variables(path), variables(after / name / path.name)
-        odd = sorted(old.keys() ^ new.keys())
-        odd += [k for k in sorted(old.keys() & new.keys()) if not same(old[k], new[k])]
+        odd = differing(old, new)
         differ += len(odd)
         told = f"not the same: {', '.join(odd)}" if odd else "the same bits"
         print(f"{name}: {len(old)} variables, {told}")

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import tomli_w
 from launch import BARE, launch, root_variables
-from stage import N, written
+from rotor_files import written
+from stage import N
 from stage import rotor as small_rotor
 
 from hpcwhirl.campaign.begin import Policy, prepare

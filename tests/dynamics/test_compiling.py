@@ -151,7 +151,8 @@ def test_a_start_with_a_full_cache_compiles_nothing(scheme):
 RUN = """
 import sys, tempfile
 from pathlib import Path
-from stage import ANGLES, GAPS, STATIONS, N, by_modes, rotor, written
+from rotor_files import written
+from stage import ANGLES, GAPS, STATIONS, N, by_modes, rotor
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene

@@ -3,10 +3,10 @@
 import math
 from types import SimpleNamespace
 
-import h5py
 import numpy as np
 import pytest
 from alike import assert_same_in_parts
+from rotor_files import written
 
 from hpcwhirl.analysis.blade_motion import lobes_of, wear_numbers
 from hpcwhirl.case.resolve import resolve
@@ -193,12 +193,12 @@ def one_blade(tmp_path_factory):
     folder = tmp_path_factory.mktemp("one_blade")
 
     def engine(slope):
-        path = folder / f"{slope}.h5"
-        with h5py.File(path, "w") as file:
-            file["rotor/omega"], file["rotor/damping_ratio"] = [1200.0], [0.005]
-            file["rotor/modal_tip_radial"] = [[math.sin(math.atan(slope))]]
-            file["rotor/modal_tip_tangential"] = [[math.cos(math.atan(slope))]]
-        return str(path)
+        angle = math.atan(slope)
+        return str(written(folder / f"{slope}.h5", {
+            "omega": [1200.0], "damping_ratio": [0.005],
+            "modal_tip_radial": [[math.sin(angle)]],
+            "modal_tip_tangential": [[math.cos(angle)]],
+        }))  # fmt: skip
 
     return engine
 

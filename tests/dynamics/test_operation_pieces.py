@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from alike import assert_mirrored
 from cf_units import Unit
-from stage import rotor, turning, written
+from rotor_files import written
+from stage import rotor, turning
 
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case import speed

@@ -4,17 +4,15 @@ The oracle is independent of the kernels: full matrices of both bodies, a casing
 down by hand, and multipliers by pivoting in Python.
 """
 
-import h5py
 import numpy as np
 import pytest
 import scipy.linalg
 import stage as stages
 from dense_blade import multipliers
-from launch import words_of
-from stage import ANGLES, GAPS, STATIONS, N, by_modes, rotor, turning, written
+from rotor_files import arrays_in, exported, written
+from stage import ANGLES, GAPS, STATIONS, N, by_modes, rotor, turning
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.contact import pulse_of
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.wave_types import PointRows, SectorRows
@@ -232,9 +230,8 @@ def test_the_energy_account_closes_and_no_point_penetrates(tmp_path, scheme, rot
 
 def test_a_casing_of_one_axial_mode_moves_as_the_ring(tmp_path):
     ring = SHELL | {"discretization": "fourier", "gap": FAST["gap"]}
-    assert main(["export-model", str(tmp_path / "ring.h5"), *words_of(ring)]) == 0
-    with h5py.File(tmp_path / "ring.h5") as root:
-        table = {n: a[()] for n, a in root["casing"].items() if n.startswith("modal_")}
+    arrays = arrays_in(exported(tmp_path / "ring.h5", ring), "casing")
+    table = {n: a for n, a in arrays.items() if n.startswith("modal_")}
     wide = {n: np.column_stack([table[n]] * 3) for n in
             ("modal_radial", "modal_tangential")}  # fmt: skip
     file = written(tmp_path / "stage.h5", rotor())

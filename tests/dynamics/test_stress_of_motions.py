@@ -1,15 +1,13 @@
 """Stress that a march keeps: read from its motion, which it never changes."""
 
-import h5py
 import numpy as np
 import pytest
-from launch import words_of
+from rotor_files import arrays_in, exported, written
 from stage import N as FEW
-from stage import rotor, turning, written
+from stage import rotor, turning
 
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.cli import main
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import restore, snapshot
 from hpcwhirl.scene import apply_settings, named_scene
@@ -26,9 +24,8 @@ def with_tips(path, radial, tangential, size):
     for j, pair in enumerate(zip(radial, tangential, strict=True)):
         for place, row in enumerate(pair):
             rows[j, place, 0, row] = 1.0
-    with h5py.File(path, "a") as file:
-        file["rotor/stress"], file["rotor/stress_name"] = rows, ["radial", "along"]
-    return path
+    rows_of = {"stress": rows, "stress_name": ["radial", "along"]}
+    return written(path, rows_of)
 
 
 @pytest.fixture(scope="module")
@@ -38,11 +35,9 @@ def built(tmp_path_factory):
     for rotation in ("none", "full"):
         path = tmp_path_factory.mktemp(rotation) / "rotor.h5"
         words = SMALL | {"engine.rotation": rotation}
-        assert main(["export-model", str(path), "mostly_damped", *words_of(words)]) == 0
-        with h5py.File(path) as file:
-            own = [file[f"rotor/tip_{way}"][()] for way in ("radial", "tangential")]
-            size = len(file["rotor/mass"])
-        found[rotation] = with_tips(path, *own, size)
+        own = arrays_in(exported(path, words, "mostly_damped"))
+        tips = own["tip_radial"], own["tip_tangential"]
+        found[rotation] = with_tips(path, *tips, len(own["mass"]))
     return found
 
 

@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from crashing.disk import ANY, ORDERED, Crash, Disk, crashes, state
+from crashing.trace import Call, calls_of, compiled
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "evidence" / "crash_points.py"
 SLICE = [("sweep", 0.005)] + [
@@ -18,10 +20,6 @@ SLICE = [("sweep", 0.005)] + [
         ("longer list", 0.04),
     )
 ]
-
-sys.path.insert(0, str(SCRIPT.parent))
-from crashing.disk import ANY, ORDERED, Crash, Disk, crashes, state  # noqa: E402
-from crashing.trace import Call, calls_of, compiled  # noqa: E402
 
 
 def looked_at(*words):

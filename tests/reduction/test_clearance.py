@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from stage import N, written
+from rotor_files import written
+from stage import N
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.reduction.families import clearance_consumption, modal_table

@@ -1,13 +1,11 @@
 """Rotors from file whose nodal diameters share frequencies keep their families."""
 
-import h5py
 import numpy as np
 import pytest
-from launch import words_of
+import rotor_files
 
 from hpcwhirl.analysis.critical import critical_speeds
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.cli import main
 from hpcwhirl.reduction.cyclic_coordinates import aligned, diameter_shares, unmixed
 from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.scene import apply_settings, named_scene
@@ -24,9 +22,7 @@ def scene(blades, **settings):
 def exported(blades, centre, path):
     """Return the arrays of an exported engine, and its own model."""
     given = {"blades": blades, "modes": BLADES[blades], "centre": centre}
-    assert main(["export-model", str(path), *words_of(given)]) == 0
-    with h5py.File(path) as file:
-        rotor = {name: file["rotor"][name][()] for name in file["rotor"]}
+    rotor = rotor_files.arrays_in(rotor_files.exported(path, given))
     return rotor, resolve(scene(blades, centre=centre)).model.rotor
 
 
@@ -51,9 +47,7 @@ def with_shared(rotor, own, spread=0.0, seed=1):
 
 
 def read(arrays, blades, path):
-    with h5py.File(path, "w") as file:
-        for name, array in arrays.items():
-            file[f"rotor/{name}"] = array
+    rotor_files.written(path, arrays)
     return resolve(scene(blades, file=str(path))).model
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+import rotor_files
 from alike import assert_alike
 from launch import words_of
 
@@ -59,8 +60,7 @@ def ended(**settings):
 def exported(tmp_path_factory):
     """Return an exported engine of six blades."""
     path = tmp_path_factory.mktemp("small") / "rotor.h5"
-    assert main(["export-model", str(path), *words_of(SMALL)]) == 0
-    return path
+    return rotor_files.exported(path, SMALL)
 
 
 @pytest.fixture
@@ -68,12 +68,9 @@ def changed(exported, tmp_path):
     """Return a function: (names kept, {name: new array}) -> path of such a file."""
 
     def write(names, news=()):
-        path = tmp_path / "changed.h5"
-        with h5py.File(exported) as old, h5py.File(path, "w") as new:
-            arrays = {n: old["rotor"][n][()] for n in names} | dict(news)
-            for name, array in arrays.items():
-                new[f"rotor/{name}"] = array
-        return path
+        arrays = rotor_files.arrays_in(exported)
+        kept = {name: arrays[name] for name in names} | dict(news)
+        return rotor_files.written(tmp_path / "changed.h5", kept)
 
     return write
 
@@ -155,22 +152,17 @@ def test_gaps_stay_open_whatever_the_damping_of_a_mode(unevenly_damped, scheme):
 
 
 def test_a_clamped_file_keeps_its_centre_at_rest(tmp_path):
-    path = tmp_path / "clamped.h5"
-    settings = SMALL | {"centre": "clamped"}
-    assert main(["export-model", str(path), *words_of(settings)]) == 0
-    found, own = (
-        March(resolve(small(path))).run(),
-        March(resolve(small(centre="clamped"))).run(),
-    )
+    clamped = {"centre": "clamped"}
+    path = rotor_files.exported(tmp_path / "clamped.h5", SMALL | clamped)
+    found, own = (March(resolve(s)).run() for s in (small(path), small(**clamped)))
     assert not found.centre.any()
     assert np.abs(found.tips - own.tips).max() < 1e-8 * np.abs(own.tips).max()
 
 
 @pytest.mark.parametrize("names", [MATRICES, MODAL])
 def test_an_engine_from_file_is_exported_as_it_came(changed, tmp_path, names):
-    path, again = changed(names), tmp_path / "again.h5"
-    options = words_of({"blades": 6, "file": path})
-    assert main(["export-model", str(again), *options]) == 0
+    path = changed(names)
+    again = rotor_files.exported(tmp_path / "again.h5", {"blades": 6, "file": path})
     one, other = (resolve(small(f)).model.rotor for f in (path, again))
     assert other.omega == pytest.approx(one.omega, rel=1e-9)
     assert other.has_matrices == (names is MATRICES)
@@ -240,9 +232,7 @@ def put(place, value):
     ],
 )  # fmt: skip
 def test_a_wrong_file_is_told_in_one_line(exported, changed, names, news, told):
-    with h5py.File(exported) as file:
-        rotor = {n: file["rotor"][n][()] for n in file["rotor"]}
-    path = changed(names, news(rotor))
+    path = changed(names, news(rotor_files.arrays_in(exported)))
     text = refusal(model_of, small(path))
     assert told in text
     assert str(path) in text

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 import scipy.linalg
-from stage import N, rotor, turning, written
+from rotor_files import written
+from stage import N, rotor, turning
 
 from hpcwhirl.analysis.rotation import bands_over, critical_of, waves_over
 from hpcwhirl.case.resolve import resolve

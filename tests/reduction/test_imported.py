@@ -1,12 +1,13 @@
 """Rotors from file whose sectors are equal: the built-in's waves, or told why not."""
 
 import inspect
+import itertools
 from dataclasses import replace
 
-import h5py
 import numpy as np
 import pytest
 import read_back as comparison
+import rotor_files
 from alike import assert_alike
 from launch import words_of
 from read_back import SAME, compared, read_back, sound
@@ -48,26 +49,21 @@ def ended(*args, **settings):
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     path = tmp_path_factory.mktemp("small") / "rotor.h5"
-    given = ["export-model", str(path), "mostly_damped", *words_of(SMALL)]
-    assert main(given) == 0
-    return path
+    return rotor_files.exported(path, SMALL, "mostly_damped")
 
 
 @pytest.fixture(scope="module")
 def arrays(exported):
-    with h5py.File(exported) as file:
-        return {name: data[()] for name, data in file["rotor"].items()}
+    return rotor_files.arrays_in(exported)
 
 
 @pytest.fixture
 def written(tmp_path):
     """Return a function: {name: array} -> path of such a file."""
+    number = itertools.count()
 
-    def write(rotor, name="rotor.h5"):
-        with h5py.File(tmp_path / name, "w") as file:
-            for key, array in rotor.items():
-                file[f"rotor/{key}"] = array
-        return tmp_path / name
+    def write(rotor):
+        return rotor_files.written(tmp_path / f"rotor-{next(number)}.h5", rotor)
 
     return write
 
@@ -255,8 +251,7 @@ def test_presets_leave_out_what_they_leave_out_of_the_built_in(tmp_path, preset)
     inputs = preset_inputs(preset)
     path = tmp_path / "finest.h5"  # all modes that an estimate looks at
     settings = SMALL | {"modes": 8 * N, "engine.rotor.elements": 10}
-    given = ["export-model", str(path), "mostly_damped", *words_of(settings)]
-    assert main(given) == 0
+    rotor_files.exported(path, settings, "mostly_damped")
     own = with_truncation(scene(**settings, **inputs))
     found = with_truncation(scene(path, **inputs))
     assert found.solver.modes == own.solver.modes
@@ -509,7 +504,7 @@ def test_a_file_without_damping_is_damped_as_the_scene_says(arrays, written):
         rotor_of(**ratios).ratios, rel=1e-12
     )
     assert set(rotor_of(file, **ratios).ratios) == {0.02, 0.3}
-    both = written(chosen(arrays), "both.h5")  # its own damping decides
+    both = written(chosen(arrays))  # its own damping decides
     assert rotor_of(both, **ratios).ratios == pytest.approx(rotor_of().ratios, rel=1e-9)
 
 
@@ -569,8 +564,8 @@ def test_what_differs_from_the_built_in_is_counted(tmp_path, monkeypatch):
 
     def spoilt(scene, path, way):
         again = read_back(scene, path, way)
-        with h5py.File(path, "r+") as file:
-            file["rotor/stiffness"][...] *= 1.0 + 1e-7
+        stiffness = rotor_files.arrays_in(path)["stiffness"] * (1.0 + 1e-7)
+        rotor_files.written(path, {"stiffness": stiffness})
         return again
 
     monkeypatch.setattr(comparison, "read_back", spoilt)

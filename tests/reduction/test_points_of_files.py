@@ -1,13 +1,11 @@
 """Files of several contact points a tip, and of casings with stations."""
 
-import h5py
 import numpy as np
 import pytest
-from launch import words_of
-from stage import N, by_modes, rotor, turning, written
+from rotor_files import arrays_in, exported, written
+from stage import N, by_modes, rotor, turning
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import contact_rows, tip_rows
 from hpcwhirl.scene import apply_settings, named_scene
@@ -51,8 +49,7 @@ def test_a_stage_exported_is_read_back_the_same(tmp_path, rotation):
     source = written(tmp_path / "stage.h5", turning(rotor()))
     words = {"file": str(source), "blades": N, "rotation": rotation,
              "suspension_damping": -1.0}  # fmt: skip
-    copy = tmp_path / "copy.h5"
-    assert main(["export-model", str(copy), *words_of(words)]) == 0
+    copy = exported(tmp_path / "copy.h5", words)
     one, other = (model(file, rotation=rotation) for file in (source, copy))
     for a, b in zip(*(contact_rows(m.rotor, N) for m in (one, other)), strict=True):
         assert np.array_equal(np.abs(a), np.abs(b))
@@ -132,5 +129,4 @@ def test_amplitudes_are_linear_between_stations(tmp_path):
     rows = found.ring.rows(found.angles, found.stations)[0] @ found.casing.shapes
     breathing = rows[:, found.casing.diameter == 0][:, 0].reshape(N, 3)
     assert breathing[0] == pytest.approx([0.17, 0.205, 0.24])
-    with h5py.File(file) as root:
-        assert root["casing/modal_radial"].shape == (3, 2)
+    assert arrays_in(file, "casing")["modal_radial"].shape == (3, 2)

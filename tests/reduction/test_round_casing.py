@@ -1,15 +1,13 @@
 """A casing from file: a table of modes by harmonic, marched as the ring it was."""
 
-import h5py
 import numpy as np
 import pytest
+import rotor_files
 from alike import assert_alike
-from launch import words_of
 
 from hpcwhirl.analysis.stability import growth_of_diameter
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.truncation import left_out, with_truncation
-from hpcwhirl.cli import main
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, digest, named_scene, preset_inputs
@@ -20,8 +18,7 @@ TABLE = ("harmonic", "omega", "damping_ratio", "radial", "tangential")
 
 
 def exported(path, **settings):
-    assert main(["export-model", str(path), *words_of(SMALL | settings)]) == 0
-    return path
+    return rotor_files.exported(path, SMALL | settings)
 
 
 @pytest.fixture
@@ -41,17 +38,13 @@ def from_file(file, **settings):
 
 def changed(file, **news):
     """Write other columns of the table."""
-    with h5py.File(file, "r+") as root:
-        for name, column in news.items():
-            del root[f"casing/modal_{name}"]
-            if column is not None:
-                root[f"casing/modal_{name}"] = column
-    return file
+    columns = {f"modal_{name}": column for name, column in news.items()}
+    return rotor_files.written(file, columns, "casing")
 
 
 def table_in(file):
-    with h5py.File(file) as root:
-        return {name: root[f"casing/modal_{name}"][()] for name in TABLE}
+    arrays = rotor_files.arrays_in(file, "casing")
+    return {name: arrays[f"modal_{name}"] for name in TABLE}
 
 
 @pytest.mark.parametrize(
@@ -149,8 +142,8 @@ def test_its_content_is_of_the_digest(engine):
 
 def test_elements_have_no_table(tmp_path):
     path = exported(tmp_path / "elements.h5", discretization="elements")
-    with h5py.File(path) as root:
-        assert not any(name.startswith("modal_") for name in root["casing"])
+    arrays = rotor_files.arrays_in(path, "casing")
+    assert not any(name.startswith("modal_") for name in arrays)
     assert "has no casing/modal_harmonic" in refusal(path)
 
 
@@ -186,9 +179,7 @@ def test_a_wrong_table_is_told_in_one_line(engine, spoil, told):
 
 
 def test_an_unknown_column_is_told(engine):
-    with h5py.File(engine, "r+") as root:
-        root["casing/modal_radials"] = [1.0]
-    assert "did you mean 'modal_radial'?" in refusal(engine)
+    assert "did you mean 'modal_radial'?" in refusal(changed(engine, radials=[1.0]))
 
 
 def test_more_lobes_than_harmonics_are_told(engine):

@@ -5,10 +5,10 @@ import importlib.util
 import sys
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 import scipy.linalg
+from rotor_files import arrays_in
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigs, splu
 
@@ -49,8 +49,7 @@ def made(stage, tmp_path_factory):
     body = stage.written(folder, stage.COARSE, FAMILIES * FEW)
     out = folder / "rotor.h5"
     assert main(["import-model", str(folder / "sector.toml"), "--out", str(out)]) == 0
-    with h5py.File(out) as file:
-        return folder, body, {n: a[()] for n, a in file["rotor"].items()}
+    return folder, body, arrays_in(out)
 
 
 @pytest.fixture(scope="module")

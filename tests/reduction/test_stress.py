@@ -4,10 +4,11 @@ import h5py
 import numpy as np
 import pytest
 import test_import_model as frame
+from rotor_files import written
 from scipy import sparse
 from scipy.io import mmwrite
 from stage import N as FEW
-from stage import by_modes, written
+from stage import by_modes
 from stage import rotor as small
 from test_import_model import ROTOR, SIZE, N, imported, in_plane, told_wrong
 

@@ -3,9 +3,9 @@
 import json
 import shutil
 
-import h5py
 import numpy as np
 import pytest
+import rotor_files
 from scipy.linalg import eigh
 
 from hpcwhirl import simulate
@@ -40,32 +40,23 @@ SPEEDS = 300.0, 700.0
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     path = tmp_path_factory.mktemp("turning") / "rotor.h5"
-    given = [x for name, value in SMALL.items() for x in ("--set", f"{name}={value}")]
-    assert main(["export-model", str(path), *given]) == 0
-    return path
+    return rotor_files.exported(path, SMALL)
 
 
 @pytest.fixture
 def engine(exported, tmp_path):
     """Return a function that writes an engine with changed arrays; None takes one."""
 
-    def written(**changes):
+    def changed(**changes):
         path = shutil.copy(exported, tmp_path / "engine.h5")
-        with h5py.File(path, "r+") as file:
-            for name, array in changes.items():
-                if name in file["rotor"]:
-                    del file[f"rotor/{name}"]
-                if array is not None:
-                    file[f"rotor/{name}"] = array
-        return path
+        return rotor_files.written(path, changes)
 
-    return written
+    return changed
 
 
 @pytest.fixture(scope="module")
 def arrays(exported):
-    with h5py.File(exported) as file:
-        return {name: data[()] for name, data in file["rotor"].items()}
+    return rotor_files.arrays_in(exported)
 
 
 def case(file="", **settings):
@@ -231,9 +222,7 @@ def test_all_schemes_march_the_term_of_omega_4(engine, arrays):
 
 def test_a_file_with_the_term_of_omega_4_is_exported_with_it(engine, arrays, tmp_path):
     path = engine(**at_speeds(arrays, stiffer(arrays)))
-    given = [x for name, value in SMALL.items() for x in ("--set", f"{name}={value}")]
-    again = tmp_path / "again.h5"
-    assert main(["export-model", str(again), *given, "--set", f"file={path}"]) == 0
+    again = rotor_files.exported(tmp_path / "again.h5", SMALL | {"file": path})
     own, found = rotor(path), rotor(again)
     assert numbers(found, 400.0) == pytest.approx(numbers(own, 400.0), rel=1e-8)
 

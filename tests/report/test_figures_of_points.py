@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from stage import N, rotor, turning, written
+from rotor_files import written
+from stage import N, rotor, turning
 
 from hpcwhirl import open_results
 from hpcwhirl.analysis.rotation import bands_over

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from launch import words_of
+from rotor_files import exported
 from scipy.linalg import eigh
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.cli import main
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Casing, apply_settings, named_scene
@@ -101,8 +100,7 @@ def test_blades_of_one_point_see_it_by_every_scheme(families):
 
 
 def test_exported_and_read_back_it_moves_the_same(tmp_path):
-    file, own = tmp_path / "engine.h5", SMALL | {"support_damping": -1.0}
-    assert main(["export-model", str(file), *words_of(own)]) == 0
+    file = exported(tmp_path / "engine.h5", SMALL | {"support_damping": -1.0})
     one, other = march(), march(discretization="file", file=str(file))
     assert one.contacts == other.contacts > 0
     assert np.abs(one.tips - other.tips).max() < 1e-9 * np.abs(one.tips).max()

@@ -21,11 +21,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import h5py
 import numpy as np
 import scipy.linalg
 import tomli_w
 from dense_blade import Blade, Rub, Turning, march
+from rotor_files import arrays_in, written
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
@@ -139,23 +139,19 @@ def reduced(folder: Path, body: Solid) -> dict[str, Path]:
     whole = blade_of(files["all"])
     squared, shapes = scipy.linalg.eigh(whole.stiffness, whole.mass)
     shapes = shapes[:, :MODES]
-    with h5py.File(files["all"]) as file:
-        beside = {n: file[f"rotor/{n}"][()] for n in ("tip_station", "tip_angle")}
-    beside |= {
+    own = arrays_in(files["all"])
+    beside = {name: own[name] for name in ("tip_station", "tip_angle")} | {
         "omega": np.sqrt(squared[:MODES]),
         "modal_tip_radial": (whole.radial @ shapes)[None],
         "modal_tip_tangential": (whole.along @ shapes)[None],
     }
-    with h5py.File(files["modes"], "w") as file:
-        for name, array in beside.items():
-            file[f"rotor/{name}"] = array
+    written(files["modes"], beside)
     return files
 
 
 def blade_of(path: Path) -> Blade:
     """Return the blade of an engine's file, as the oracle takes it."""
-    with h5py.File(path) as file:
-        given = {name: array[()] for name, array in file["rotor"].items()}
+    given = arrays_in(path)
     if "mass" in given:
         same = np.eye(len(given["mass"]))
         rows = (same[given[f"tip_{n}"][0]] for n in ("radial", "tangential"))

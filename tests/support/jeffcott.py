@@ -2,8 +2,8 @@
 
 from functools import cache
 
-import h5py
 import numpy as np
+from rotor_files import written
 
 from hpcwhirl.dynamics.turning import by_diameter
 from hpcwhirl.reduction.bodies import casing_model
@@ -71,12 +71,12 @@ def spring_casing(path, omega, ratio, mass):
     ratio : of damping
     mass : over `MASS`
     """
-    with h5py.File(path, "w") as file:
-        file["casing/modal_harmonic"] = [0, 1]  # it breathes hardly
-        file["casing/modal_omega"] = OWN * np.array([1.0, omega])
-        file["casing/modal_damping_ratio"] = [0.05, ratio]
-        file["casing/modal_radial"] = [1e-6, (mass * MASS) ** -0.5]
-        file["casing/modal_tangential"] = [0.0, 0.0]
+    written(path, {
+        "modal_harmonic": [0, 1], "modal_omega": OWN * np.array([1.0, omega]),
+        "modal_damping_ratio": [0.05, ratio],
+        "modal_radial": [1e-6, (mass * MASS) ** -0.5],  # it breathes hardly
+        "modal_tangential": [0.0, 0.0],
+    }, "casing")  # fmt: skip
     named = {"discretization": "file", "engine.file": str(path)}
     engine = apply_settings(Scene(), named).engine
     source = str(path), content_digest(str(path))

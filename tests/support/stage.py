@@ -1,6 +1,5 @@
 """A small stage of a file: blades with several contact points on a disk and a shaft."""
 
-import h5py
 import numpy as np
 import scipy.linalg
 
@@ -97,14 +96,3 @@ def by_modes(arrays):
         "modal_tip_tangential": shapes[arrays["tip_tangential"]],
         "modal_centre": shapes[arrays["centre"]],
     } | {name: arrays[name] for name in places if name in arrays}
-
-
-def written(path, arrays, group="rotor"):
-    """Write arrays of a group to an engine's file; None: leave that out."""
-    with h5py.File(path, "a") as file:
-        for name, array in arrays.items():
-            if f"{group}/{name}" in file:
-                del file[f"{group}/{name}"]
-            if array is not None:
-                file[f"{group}/{name}"] = array
-    return path

@@ -37,7 +37,7 @@ def _long(chance: Chance) -> str:
 def _digits(chance: Chance) -> str:
     """Return a number of more digits than Python converts."""
     digits = "9" * chance.choice([400, 4299, 4301, LONG])
-    return chance.choice(["", "-"]) + digits + chance.choice(["", ".0", "e9"])
+    return chance.choice(["", "-", "0x"]) + digits + chance.choice(["", ".0", "e9"])
 
 
 def _deep(chance: Chance) -> str:
