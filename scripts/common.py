@@ -198,3 +198,17 @@ def tell(measured: str, page: Path | None) -> None:
         call = shlex.join(["python", str(script), *words])
         section = f"## Measured\n\nMade by `{call}`.\n\n{measured}"
         page.write_text(with_section(page.read_text("utf-8"), section), "utf-8")
+
+
+def in_turn(
+    works: Mapping[str, Callable[[], float]], repeats: int
+) -> dict[str, list[float]]:
+    """Return the times of works, done one after the other so many times.
+
+    A machine that gets slower meanwhile makes none look dearer than another.
+    """
+    found: dict[str, list[float]] = {name: [] for name in works}
+    for _ in range(repeats):
+        for name, work in works.items():
+            found[name].append(work())
+    return found

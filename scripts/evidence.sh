@@ -23,7 +23,10 @@ bars        | minutes | python scripts/evidence/bars.py                |
 estimates   | hours   | python scripts/evidence/estimates.py           | --write
 words-hold  | hours   | python scripts/evidence/words_hold.py          | --write
 words-full  | 20 min  | python scripts/evidence/words_hold.py --rotation full | --write
+basins      | 10 min  | python scripts/evidence/basins.py              |
+neighbours  | minutes | python scripts/evidence/neighbours.py          |
 decided     | hours   | python scripts/evidence/words_hold.py --cells  | --write
+motions     | 20 min  | python scripts/evidence/motions.py             | --write
 foresight   | 1 hour  | python scripts/evidence/foresight.py           | --write
 scale-cost  | 1 hour  | python scripts/evidence/scale_cost.py          | --write
 million     | minutes | python scripts/evidence/million.py             |

@@ -23,7 +23,7 @@ FLOOR = 1e-6  # ratio of orbit radius to gap below which the motion is round-off
 LEAST = 1e-300  # smallest number whose logarithm is taken
 # Smallest differences of two attractors. Of motions of four engines whose forces differ
 # by 1e-6, none of 117 sustained and none of 202 divergent pairs differed by more
-# (c4b1a4d0:scripts/evidence/neighbours.py).
+# (scripts/evidence/neighbours.py).
 TOLERANCES = {
     "radius": math.log(1.25),
     "whirl_ratio": 0.2,

@@ -1,8 +1,8 @@
-"""What scripts share: rows that are kept, shares, pages."""
+"""What scripts share: rows that are kept, works in turn, shares, pages."""
 
 import json
 
-from common import TOP, kept, share, table, tell, with_section
+from common import TOP, in_turn, kept, share, table, tell, with_section
 
 
 def test_rows_are_measured_once_and_stay_in_their_file(tmp_path):
@@ -19,6 +19,18 @@ def test_rows_are_measured_once_and_stay_in_their_file(tmp_path):
     rows = [json.loads(line) for line in path.read_text().splitlines()]
     assert rows == [one | {"square": i**2} for i, one in enumerate(wanted)]
     assert kept(path, wanted[2:3], measure) == rows[2:3]
+
+
+def test_works_are_done_in_turn():
+    order = []
+
+    def work(name):
+        order.append(name)
+        return float(len(order))
+
+    found = in_turn({n: (lambda n=n: work(n)) for n in "ab"}, 3)
+    assert "".join(order) == "ababab"
+    assert found == {"a": [1.0, 3.0, 5.0], "b": [2.0, 4.0, 6.0]}
 
 
 def test_shares_and_tables_are_told_in_markdown():

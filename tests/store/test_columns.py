@@ -146,10 +146,10 @@ def test_jobs_have_ended_as_their_newest_records_tell(made, twins, again):
     plan = dataclasses.replace(
         plan, twins={"of": "all", "count": twins} if twins else {}
     )
-    found = ended_in(
-        Journals(folder), plan, asked,
-        (lambda rows: np.isin(rows.words("status").astype(str), again)) if again else None,
-    )  # fmt: skip
+    anew = None
+    if again:
+        anew = lambda rows: np.isin(rows.words("status").astype(str), again)  # noqa: E731
+    found = ended_in(Journals(folder), plan, asked, anew)
     numbers = {name: case for case, name in enumerate(design.digests)}
     jobs, told, seconds = {}, {}, np.full(CASES, np.nan)
     for _, _, one in whole(folder):
