@@ -422,6 +422,27 @@ def test_a_case_s_file_is_the_results_of_a_campaign_of_it(tmp_path, capsys, trac
     assert "one.h5 must be the directory" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("width", [40, 60, 200])
+def test_a_narrow_terminal_shortens_no_number_and_no_word(width, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(width))
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    text = "Newton's method did not converge in the contact problem of this step"
+    columns = {
+        "case": np.arange(2),
+        "speed": np.array([300.0, 410.125]),
+        "word": np.array(["sustained", "damped"], dtype=object),
+        "growth_rate": np.array([-0.0115851, 0.109118]),
+        "message": np.array(["", text], dtype=object),
+    }
+    tables.print_table(columns, dict.fromkeys(columns, ""), 2)
+    out = re.sub(r"\x1b\[\d*m", "", capsys.readouterr().out)  # without bold
+    assert "…" not in out
+    wanted = ["300", "410.125", "sustained", "-0.0115851", "0.109118", "growth_rate"]
+    assert not set(wanted) - set(out.split())
+    assert set(text.split()) <= set(out.split())
+    assert (width > 2 * len(text)) == (text in out)
+
+
 @pytest.mark.parametrize("rows", [0, 1, 3, 4, 7])
 def test_rows_printed_in_parts_are_the_json_of_all(rows, capsys, monkeypatch):
     monkeypatch.setattr(tables, "AT_ONCE", 3)
