@@ -9,7 +9,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.options import print_json
-from hpcwhirl.errors import cases_told
+from hpcwhirl.errors import cases_told, number_told
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.foresight.forecast import Forecast
@@ -76,13 +76,13 @@ def job_line(cost: Forecast, ranks: int, request: Request) -> str:
     """
     usual, span = cost.wall(ranks)
     hours = f"{cost.seconds / 3600:.3g} core-hours, {_duration(usual)}"
-    text = f"predicted {hours} ({_between(span)}) on {_on(ranks)}"
+    on = number_told(ranks, "rank")
+    text = f"predicted {hours} ({_between(span)}) on {on}"
     if not cost.finished:
         low, high = (seconds / 3600 for seconds in cost.range)
         text = (
             f"nominally {low:.3g} (no contact) to {high:.3g} core-hours (always in "
-            f"contact), {_between(span)} on {_on(ranks)}, campaign --pilot 20 measures "
-            "the cost"
+            f"contact), {_between(span)} on {on}, campaign --pilot 20 measures the cost"
         )
     text += f"; --time {request.time}"
     enough = request.seconds - request.warning
@@ -96,11 +96,7 @@ def job_line(cost: Forecast, ranks: int, request: Request) -> str:
 
 
 def _between(span: tuple[float, float]) -> str:
-    return " to ".join(map(_duration, span))
-
-
-def _on(ranks: int) -> str:
-    return f"{ranks} rank" + ("s" if ranks > 1 else "")
+    return " to ".join(dict.fromkeys(map(_duration, span)))
 
 
 def _step(cost: Forecast, seconds: float) -> float:
@@ -207,7 +203,7 @@ def _wall(cost: Forecast, ranks: int) -> str:
     serial = sum(cost.before.values()) + sum(cost.after.values())
     overhead = f"{1e3 * cost.overhead:.2g} ms a case in addition to its steps"
     return (
-        f"wall time on {_on(ranks)}: {told}; "
+        f"wall time on {number_told(ranks, 'rank')}: {told}; "
         f"of this, {_duration(serial)} for start, gather and map, {overhead}"
     )
 

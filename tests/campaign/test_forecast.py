@@ -22,7 +22,7 @@ from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.work_queue import Order, WorkQueue
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.cli import main
-from hpcwhirl.cli.forecast import _size
+from hpcwhirl.cli.forecast import _between, _size
 from hpcwhirl.scene import schemes
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.store.directory.campaign_directory import Directory
@@ -449,3 +449,8 @@ def test_bytes_are_told_by_the_unit_that_leaves_three_digits():
     sizes = {123_456: "123 kB", 2.5e15: "2.5e+03 TB", 1000: "1 kB", 999: "999 B"}
     for size, told in sizes.items():
         assert _size(size) == told
+
+
+def test_a_span_of_equal_times_is_told_once():
+    assert _between((18.2, 18.4)) == "18 s"
+    assert _between((2.0, 80.0)) == "2.0 s to 80 s"
