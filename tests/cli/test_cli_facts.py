@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import tomllib
+from types import SimpleNamespace
 
 import h5py
 import made_up
@@ -363,6 +364,12 @@ def test_bench_compares_no_features_where_no_blade_touches():
     assert over_none(rows) == {}
     rows += [Timing("modal", OWN, 0.5, 3.0, 0.3, 0.0)]
     assert over_none(rows) == {}  # without, but not with
+
+
+def test_bench_by_sizes_doubts_limits_that_a_step_exceeds():
+    assert sizes.doubts([SimpleNamespace(peak=0.4, bandwidth=1.0)]) == []
+    (line,) = sizes.doubts([SimpleNamespace(peak=0.2, bandwidth=4.98)])
+    assert "the machine was busy" in line
 
 
 @pytest.mark.usefixtures("shorter")
