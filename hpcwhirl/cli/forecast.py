@@ -116,7 +116,9 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
     if design.grows:
         lines.append(_more(cost, design))
     low, high = cost.range
-    if cost.finished:
+    if not cost.left and not design.grows:
+        lines.append("no case is left to compute")
+    elif cost.finished:
         each = f"{_step(cost, cost.seconds):.2f} us each"
         lines.append(
             f"{cost.steps:.4g} steps, {each} (learned from {cost.finished} finished "
@@ -201,11 +203,16 @@ def _wall(cost: Forecast, ranks: int) -> str:
     usual, span = cost.wall(ranks)
     told = f"{_duration(usual)} ({_between(span)})" if cost.finished else _between(span)
     serial = sum(cost.before.values()) + sum(cost.after.values())
-    overhead = f"{1e3 * cost.overhead:.2g} ms a case in addition to its steps"
-    return (
-        f"wall time on {number_told(ranks, 'rank')}: {told}; "
-        f"of this, {_duration(serial)} for start, gather and map, {overhead}"
-    )
+    text = f"wall time on {number_told(ranks, 'rank')}: {told}; "
+    text += f"of this, {_duration(serial)} for start, gather and map"
+    if not cost.left:
+        return text
+    return f"{text}, {_brief(cost.overhead)} a case in addition to its steps"
+
+
+def _brief(seconds: float) -> str:
+    """Return a short duration as text, below 0.1 s in ms: "4.8 ms", "1.2 s"."""
+    return f"{1e3 * seconds:.2g} ms" if seconds < 0.0995 else f"{seconds:.2g} s"
 
 
 def _duration(seconds: float) -> str:
