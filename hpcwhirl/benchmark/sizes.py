@@ -347,6 +347,16 @@ def _line(row: Row) -> list[str]:
     ]  # fmt: skip
 
 
+def doubts(rows: Sequence[Row]) -> list[str]:
+    """Return a line of text if a limit was exceeded, and so was measured too low."""
+    if all(max(row.peak, row.bandwidth) <= 1.0 for row in rows):
+        return []
+    why = "the machine was busy while the limits were measured"
+    return [
+        f"Shares above 100%: {why}; repeat on a quiet machine, with more --repeats."
+    ]
+
+
 def over_single(rows: Sequence[Row]) -> list[str]:
     """Return lines of text on how much several contact points a tip lengthen a step.
 

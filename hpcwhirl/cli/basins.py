@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 NUMBERS = (
     "count", "share", "share_low", "share_high", "orbit_radius", "line_frequency",
 )  # fmt: skip
+COUNTS = ("count", "cases", "lost")  # numbers of starts; results have energies `lost`
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         found = basins(data, args.by, args.box)
         paths = draw_fractions(data, found, args.out or place.parent)
         columns = columns_of(found)
-        units = {n: unit_of(data, n) for n in columns}
+        units = {n: "" if n in COUNTS else unit_of(data, n) for n in columns}
     columns, units = in_units(args, columns, units)
     figures = [str(path) for path in paths]
     facts = {"starts": found.attrs["starts"].split(), "figures": figures}

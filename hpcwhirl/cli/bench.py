@@ -115,7 +115,7 @@ def _sizes(scene: Scene, args: argparse.Namespace) -> int:
     head, *lines = sizes.table(rows)
     for words in (head, ["---"] * len(head), *lines):
         print(f"| {' | '.join(words)} |")
-    print("", *sizes.over_single(rows), sep="\n")
+    print("", *sizes.over_single(rows), *sizes.doubts(rows), sep="\n")
     print(f"\nMeasured peak of multiply-adds: {peak:.1f} GFLOP/s.")
     return 0
 

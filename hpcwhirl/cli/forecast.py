@@ -9,7 +9,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.options import print_json
-from hpcwhirl.errors import cases_told
+from hpcwhirl.errors import cases_told, number_told
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.foresight.forecast import Forecast
@@ -76,13 +76,13 @@ def job_line(cost: Forecast, ranks: int, request: Request) -> str:
     """
     usual, span = cost.wall(ranks)
     hours = f"{cost.seconds / 3600:.3g} core-hours, {_duration(usual)}"
-    text = f"predicted {hours} ({_between(span)}) on {_on(ranks)}"
+    on = number_told(ranks, "rank")
+    text = f"predicted {hours} ({_between(span)}) on {on}"
     if not cost.finished:
         low, high = (seconds / 3600 for seconds in cost.range)
         text = (
             f"nominally {low:.3g} (no contact) to {high:.3g} core-hours (always in "
-            f"contact), {_between(span)} on {_on(ranks)}, campaign --pilot 20 measures "
-            "the cost"
+            f"contact), {_between(span)} on {on}, campaign --pilot 20 measures the cost"
         )
     text += f"; --time {request.time}"
     enough = request.seconds - request.warning
@@ -96,11 +96,7 @@ def job_line(cost: Forecast, ranks: int, request: Request) -> str:
 
 
 def _between(span: tuple[float, float]) -> str:
-    return " to ".join(map(_duration, span))
-
-
-def _on(ranks: int) -> str:
-    return f"{ranks} rank" + ("s" if ranks > 1 else "")
+    return " to ".join(dict.fromkeys(map(_duration, span)))
 
 
 def _step(cost: Forecast, seconds: float) -> float:
@@ -120,7 +116,9 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
     if design.grows:
         lines.append(_more(cost, design))
     low, high = cost.range
-    if cost.finished:
+    if not cost.left and not design.grows:
+        lines.append("no case is left to compute")
+    elif cost.finished:
         each = f"{_step(cost, cost.seconds):.2f} us each"
         lines.append(
             f"{cost.steps:.4g} steps, {each} (learned from {cost.finished} finished "
@@ -205,11 +203,16 @@ def _wall(cost: Forecast, ranks: int) -> str:
     usual, span = cost.wall(ranks)
     told = f"{_duration(usual)} ({_between(span)})" if cost.finished else _between(span)
     serial = sum(cost.before.values()) + sum(cost.after.values())
-    overhead = f"{1e3 * cost.overhead:.2g} ms a case in addition to its steps"
-    return (
-        f"wall time on {_on(ranks)}: {told}; "
-        f"of this, {_duration(serial)} for start, gather and map, {overhead}"
-    )
+    text = f"wall time on {number_told(ranks, 'rank')}: {told}; "
+    text += f"of this, {_duration(serial)} for start, gather and map"
+    if not cost.left:
+        return text
+    return f"{text}, {_brief(cost.overhead)} a case in addition to its steps"
+
+
+def _brief(seconds: float) -> str:
+    """Return a short duration as text, below 0.1 s in ms: "4.8 ms", "1.2 s"."""
+    return f"{1e3 * seconds:.2g} ms" if seconds < 0.0995 else f"{seconds:.2g} s"
 
 
 def _duration(seconds: float) -> str:

@@ -89,8 +89,15 @@ def _code(path: Path) -> int:
     if not bad:
         return COMPLETE
     why = ", ".join(f"{count} {name}" for name, count in bad.items())
-    text = f"{sum(bad.values())} of {cases} cases have no result: {why}"
-    say(f"{text}; see `status` and `message` in {path}")
+    count = sum(bad.values())
+    text = (
+        f"{count} of {cases} cases {'has' if count == 1 else 'have'} no result: {why}"
+    )
+    if bad.keys() - {"missing"}:
+        text += f"; see `status` and `message` in {path}"
+    if "missing" in bad:
+        text += "; the campaign's own command computes what is missing"
+    say(text)
     return FAILED
 
 

@@ -144,6 +144,9 @@ def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
 def print_table(columns: Columns, units: Units, shown: int) -> None:
     """Print columns as a table on stdout, with their names and units above.
 
+    In a terminal texts are wrapped at spaces; a number or word is never shortened, so
+    that lines may be longer than a narrow terminal.
+
     columns, units : {name: (rows,)}; {name: unit}
     shown : number of rows to print, the first ones
     """
@@ -152,15 +155,22 @@ def print_table(columns: Columns, units: Units, shown: int) -> None:
     from rich.text import Text
 
     table = Table(box=None, pad_edge=False)
+    cells: list[list[str]] = []
     for name, values in columns.items():
         head = name + (f"\n{units[name]}" if units[name] else "")
         one = values[0] if len(values) and values.dtype.kind == "O" else ""
         right = values.dtype.kind in "iuf" or not isinstance(one, str)
-        table.add_column(Text(head), justify="right" if right else "left")
-    for row in zip(*(c[:shown].tolist() for c in columns.values()), strict=True):
-        table.add_row(*(Text(cell(value)) for value in row))
-    wide = None if sys.stdout.isatty() else 100_000  # lines in a pipe are not wrapped
-    Console(width=wide).print(table)
+        texts = [cell(value) for value in values[:shown].tolist()]
+        whole = not any(" " in text for text in texts)
+        table.add_column(Text(head), justify="right" if right else "left",
+                         no_wrap=whole)  # fmt: skip
+        cells.append(texts)
+    for row in zip(*cells, strict=True):
+        table.add_row(*map(Text, row))
+    wide = Console(width=100_000)  # lines in a pipe are not wrapped
+    if sys.stdout.isatty():
+        wide = Console(width=max(Console().width, wide.measure(table).minimum))
+    wide.print(table)
 
 
 def _plain(value: Any) -> Any:

@@ -21,7 +21,7 @@ from hpcwhirl.cli.options import (
     scene_of,
     seldom,
 )
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, number_told
 from hpcwhirl.scene import NAMED, Scene, apply_settings
 
 NOT_OFFERED = (
@@ -72,8 +72,9 @@ def run(args: argparse.Namespace) -> int:
     start, machine = time.monotonic(), machine_facts()
 
     def tell(line: str) -> None:
-        of = f"{time.monotonic() - start:.0f} s, {line} (of {len(scenes)} scenes)"
-        print(f"tradeoff: {of}", file=sys.stderr)
+        every = number_told(len(scenes), "scene")
+        spent = f"{time.monotonic() - start:.0f} s"
+        print(f"tradeoff: {spent}, {line} (of {every})", file=sys.stderr)
 
     facts = measure(scenes, settings, args.repeats, seldom(tell)).facts()
     facts |= {

@@ -16,7 +16,7 @@ from pydantic_core import PydanticUndefined
 
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene.campaign_tables import TABLES
-from hpcwhirl.scene.input_names import OTHERWISE, Value
+from hpcwhirl.scene.input_names import OTHERWISE, Value, stands_for
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
 from hpcwhirl.scene.swept import KEYS as SWEPT
 from hpcwhirl.scene.table_model import Key, OwnRatio, key_of
@@ -107,6 +107,8 @@ def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
         return mentioned
     if word.lower() in OTHERWISE:
         raise InputError(f"no input is named '{word}': {OTHERWISE[word.lower()]}")
+    if hint := stands_for(word):
+        raise InputError(f"no input is named '{word}'{hint}")
     tables = {n for f in facts.values() for n in _names_of_table(f.table)}
     known = {f.name for f in facts.values()} | tables | set(besides)
     raise unknown("input, table or preset", word, known)

@@ -52,9 +52,6 @@ OTHERWISE = {  # {word that users look up but that is no input: answer}
     "mm": f'{_UNIT}: gap = "0.8 mm"',
     "kn": f'{_UNIT}: force = "30 kN"',
     "hz": f'{_UNIT}: support_frequency = "3 Hz"',
-    **dict.fromkeys(("omega", "ω"), "use the input speed, Omega"),
-    **dict.fromkeys(("mu", "μ", "µ"), "use the input friction, mu"),
-    "k": "use the input nodal_diameter, the number of lobes k",
     "imbalance": 'use the input unbalance: unbalance = "20 g mm"',
     "blade-off": "use the input lost_blade, the number of the blade",
     "bearings": _SHAFT,
@@ -67,6 +64,31 @@ OTHERWISE = {  # {word that users look up but that is no input: answer}
         _LEFT_OUT,
     ),
 }  # fmt: skip
+
+
+SYNONYMS = {  # {word of the field or symbol, lower case: input that it stands for}
+    **dict.fromkeys(("omega", "ω", "velocity", "rotation_speed"), "speed"),
+    **dict.fromkeys(("mu", "μ", "µ", "friction_coefficient"), "friction"),
+    **dict.fromkeys(("k", "lobes", "diameters"), "nodal_diameter"),
+    **dict.fromkeys(("clearance", "tip_clearance", "gap_size"), "gap"),
+    **dict.fromkeys(("dt", "timestep", "step"), "time_step"),
+    **dict.fromkeys(("t_end", "tend", "time", "end_time"), "duration"),
+    **dict.fromkeys(("e", "youngs_modulus"), "young"),
+    **dict.fromkeys(("n", "n_blades", "blade_count"), "blades"),
+    **dict.fromkeys(("r", "tip_radius"), "radius"),
+    **dict.fromkeys(("xi", "ξ", "zeta", "ζ", "damping_ratio"), "damping"),
+    **dict.fromkeys(("oval", "ovality", "ovalization", "shape"), "profile"),
+    **dict.fromkeys(("run_up", "runup", "ramp_rate"), "acceleration"),
+    **dict.fromkeys(("blade_off", "blade_loss", "fbo"), "lost_blade"),
+    **dict.fromkeys(("stiffness", "shaft_stiffness"), "centre_stiffness"),
+    **dict.fromkeys(("phase", "imbalance_phase"), "unbalance_phase"),
+}  # fmt: skip
+
+
+def stands_for(word: str) -> str:
+    """Return a hint at the input that a word of the field means; "" for other words."""
+    found = SYNONYMS.get(word.lower())
+    return f"; did you mean '{found}'?" if found else ""
 
 
 def input_names() -> dict[str, str]:
@@ -133,6 +155,8 @@ def full_name(name: str) -> str:
         raise InputError(msg)
     if name.lower() in OTHERWISE:
         raise InputError(f"unknown scene input '{name}': {OTHERWISE[name.lower()]}")
+    if hint := stands_for(name):
+        raise InputError(f"unknown scene input '{name}'{hint}")
     short = {n.rsplit(".", 1)[-1] for n in INPUTS}
     raise unknown("scene input", name, short | INPUTS.keys())
 

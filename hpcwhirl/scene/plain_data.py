@@ -13,7 +13,14 @@ from pydantic import ValidationError
 
 from hpcwhirl.errors import InputError, shown, unknown
 from hpcwhirl.scene.history import history_of, parsed
-from hpcwhirl.scene.input_names import OTHERWISE, PRESET, Value, full_name, input_names
+from hpcwhirl.scene.input_names import (
+    OTHERWISE,
+    PRESET,
+    Value,
+    full_name,
+    input_names,
+    stands_for,
+)
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.table_model import WRONG_UNIT
 
@@ -175,6 +182,8 @@ def _unknown_key(table: str, word: str) -> InputError:
         return InputError(f"unknown {what} '{word}'; it is the table [{places[0]}]")
     if word.lower() in OTHERWISE:
         return InputError(f"unknown {what} '{word}': {OTHERWISE[word.lower()]}")
+    if hint := stands_for(word):
+        return InputError(f"unknown {what} '{word}'{hint}")
     inside = [n.removeprefix(f"{table}.") for n in names if n.startswith(table)]
     return unknown(what, word, [n for n in inside if "." not in n])
 

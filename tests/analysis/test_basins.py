@@ -341,6 +341,17 @@ def test_the_command_prints_a_row_for_each_point_and_motion(swept, tmp_path, cap
     assert 'id="interval damped"' in svg
 
 
+def test_numbers_of_starts_have_no_unit(tmp_path, capsys):
+    """Results have a trace `lost`, an energy; the table counts lost starts so."""
+    rows = [{"force": 1e4 * n} for n in range(1, 9)]
+    folder = synthetic(tmp_path / "out", rows, samples=20)
+    with hpcwhirl.open_results(folder) as data:
+        assert data["lost"].attrs["units"] == "J"
+    assert main(["basins", str(folder), "--csv"]) == 0
+    head = capsys.readouterr().out.splitlines()[0].split(",")
+    assert {"count", "cases", "lost"} <= set(head)
+
+
 def test_a_figure_shows_which_start_leads_where(swept, tmp_path, capsys):
     words = ["figures", str(swept), "--kind", "basins", "--out", str(tmp_path)]
     assert main(words) == 0

@@ -247,6 +247,15 @@ def test_a_pulse_that_has_no_multiples_is_refused(tmp_path, capsys, value, told)
     assert told in capsys.readouterr().err
 
 
+def test_the_legend_of_limits_has_only_marks_that_occur(tmp_path):
+    place = pulses(tmp_path / "c", {300.0: "ddSS", 410.0: "dSSS"})
+    words = ["--over", "force", "--first", "--at", "force=75 kN", "--plot"]
+    assert main(["margin", str(place), *words, str(tmp_path / "limit.svg")]) == 0
+    text = (tmp_path / "limit.svg").read_text()
+    assert all(f'id="{mark}"' in text for mark in ("bracket", "safe"))
+    assert not any(f'id="{mark}"' in text for mark in ("open", "none", "again"))
+
+
 def test_limits_are_drawn_over_one_and_two_inputs(tmp_path, capsys):
     place = pulses(tmp_path / "c", LINES)
     words = ["--over", "force", "--first", "--at", "force=75 kN", "--plot"]

@@ -21,6 +21,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.planner.kinds import cases_before
 from hpcwhirl.planner.planner import Job
+from hpcwhirl.report.figures.coexisting import draw_branches
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.history import parsed
 from hpcwhirl.store.directory.states import States
@@ -294,5 +295,8 @@ def test_the_table_and_the_figure_of_branches_are_those_of_the_campaign(swept, c
     assert [Path(path).name for path in drawn] == [
         "branches-friction=0.0.png", "branches-friction=0.2.png",
     ]  # fmt: skip
+    with Results(swept / "results.h5") as results:
+        figure = draw_branches(results, [*np.flatnonzero(results["friction"] == 0.2)])
+    assert figure.axes[0].get_title() == "Branches: μ = 0.2"
     assert main(["branches", str(swept), "--at", "friction=0.2"]) == 0
     assert "of 3 points" in capsys.readouterr().out

@@ -3,6 +3,7 @@
 import itertools
 import json
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.work_queue import Order, WorkQueue
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.cli import main
-from hpcwhirl.cli.forecast import _size
+from hpcwhirl.cli.forecast import _between, _brief, _lines, _size
 from hpcwhirl.scene import schemes
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.store.directory.campaign_directory import Directory
@@ -450,3 +451,29 @@ def test_bytes_are_told_by_the_unit_that_leaves_three_digits():
     sizes = {123_456: "123 kB", 2.5e15: "2.5e+03 TB", 1000: "1 kB", 999: "999 B"}
     for size, told in sizes.items():
         assert _size(size) == told
+
+
+def test_where_no_case_is_left_no_step_and_no_cost_of_a_case_is_told():
+    cost = SimpleNamespace(
+        cases=22, left=0, finished=22, range=(0.0, 0.0), steps=0, seconds=0.0, most=0.0,
+        wall=lambda _: (10.0, (8.0, 13.0)), before={"start": 6.0}, after={"map": 4.0},
+        overhead=1.2, disk=SimpleNamespace(results=6e6, traces=7e6, journal=3e4),
+    )  # fmt: skip
+    design = SimpleNamespace(swept=["speed"], twins=None, grows=False)
+    text = "\n".join(_lines(cost, design, 1))
+    assert "22 cases over speed, 0 left\nno case is left to compute\nwall time" in text
+    assert "each" not in text
+    assert "a case in addition" not in text
+    assert "6 MB results.h5" in text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"), [(4.83e-3, "4.8 ms"), (0.072, "72 ms"), (1.23, "1.2 s")]
+)
+def test_the_cost_of_a_case_has_no_exponent(seconds, told):
+    assert _brief(seconds) == told
+
+
+def test_a_span_of_equal_times_is_told_once():
+    assert _between((18.2, 18.4)) == "18 s"
+    assert _between((2.0, 80.0)) == "2.0 s to 80 s"

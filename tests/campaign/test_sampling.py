@@ -19,6 +19,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.map.data import Wish
 from hpcwhirl.report.map.maps import drawing_of
+from hpcwhirl.report.map.probabilities import figure_of_shares
 from hpcwhirl.scene.campaign_tables import SampleTable
 from hpcwhirl.scene.laws import drawn, law_of
 from hpcwhirl.scene.words import REGIMES
@@ -291,6 +292,11 @@ def test_the_map_shows_shares_and_its_table_has_them(sampled, tmp_path, capsys):
     svg = (tmp_path / "map.svg").read_text()
     assert all(f'id="share {w}"' in svg for w in ("damped", "divergent", "sustained"))
     assert 'id="share undecided"' not in svg
+    with hpcwhirl.open_results(place) as data:
+        axes = figure_of_shares(data, shares(data), "").axes[0]
+    low, high = axes.get_xlim()
+    assert low < 299.0  # the intervals at both ends are seen beside the frame
+    assert high > 411.0
     assert main(["map", str(place), "--x", "gap"]) == 0  # of cases, as ever
     assert main(["map", str(place), "--at", "speed=300"]) == 0  # bars
     capsys.readouterr()

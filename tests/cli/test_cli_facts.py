@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import tomllib
+from types import SimpleNamespace
 
 import h5py
 import made_up
@@ -365,6 +366,12 @@ def test_bench_compares_no_features_where_no_blade_touches():
     assert over_none(rows) == {}  # without, but not with
 
 
+def test_bench_by_sizes_doubts_limits_that_a_step_exceeds():
+    assert sizes.doubts([SimpleNamespace(peak=0.4, bandwidth=1.0)]) == []
+    (line,) = sizes.doubts([SimpleNamespace(peak=0.2, bandwidth=4.98)])
+    assert "the machine was busy" in line
+
+
 @pytest.mark.usefixtures("shorter")
 def test_bench_by_sizes_counts_more_where_more_blades_touch(facts):
     found = facts("bench", "--sizes", "7", "--json", "--repeats", "1")
@@ -420,6 +427,27 @@ def test_a_case_s_file_is_the_results_of_a_campaign_of_it(tmp_path, capsys, trac
     capsys.readouterr()
     assert main(["report", str(one)]) == 2
     assert "one.h5 must be the directory" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("width", [40, 60, 200])
+def test_a_narrow_terminal_shortens_no_number_and_no_word(width, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(width))
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    text = "Newton's method did not converge in the contact problem of this step"
+    columns = {
+        "case": np.arange(2),
+        "speed": np.array([300.0, 410.125]),
+        "word": np.array(["sustained", "damped"], dtype=object),
+        "growth_rate": np.array([-0.0115851, 0.109118]),
+        "message": np.array(["", text], dtype=object),
+    }
+    tables.print_table(columns, dict.fromkeys(columns, ""), 2)
+    out = re.sub(r"\x1b\[\d*m", "", capsys.readouterr().out)  # without bold
+    assert "…" not in out
+    wanted = ["300", "410.125", "sustained", "-0.0115851", "0.109118", "growth_rate"]
+    assert not set(wanted) - set(out.split())
+    assert set(text.split()) <= set(out.split())
+    assert (width > 2 * len(text)) == (text in out)
 
 
 @pytest.mark.parametrize("rows", [0, 1, 3, 4, 7])

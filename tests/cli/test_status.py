@@ -16,6 +16,7 @@ from journals import plan_of
 from hpcwhirl.campaign.progress import Progress, duration_text, progress_of
 from hpcwhirl.campaign.ranks import Tally, keep_shares
 from hpcwhirl.campaign.ranks import told as told_shares
+from hpcwhirl.cli import gather as gather_command
 from hpcwhirl.cli import main
 from hpcwhirl.cli import status as status_command
 from hpcwhirl.report.page.build import write_page
@@ -26,6 +27,7 @@ from hpcwhirl.store.directory.journal import Journal, Journals
 from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.directory.record import sealed
 from hpcwhirl.store.directory.runs import Runs
+from hpcwhirl.store.reading import results_file
 
 BEGUN = 1.7e9  # s since 1970
 LENGTHS = [4.0, 3.0, 2.0, 1.0, 1.0, 1.0]  # engine time of the cases, s
@@ -312,3 +314,22 @@ def test_a_page_of_other_words_is_called_stale(finished, tmp_path, capsys, facts
 def test_durations_are_written_as_people_write_them():
     told = [duration_text(s) for s in (0.4, 119.4, 120, 3570, 3600, 100_000)]
     assert told == ["0 s", "119 s", "2 min", "1 h 00 min", "1 h 00 min", "27 h 47 min"]
+
+
+@pytest.mark.parametrize(
+    ("counts", "told", "hints"),
+    [
+        ({"ok": 5, "missing": 1}, "1 of 6 cases has no result: 1 missing; ", "the"),
+        ({"ok": 4, "failed": 2}, "2 of 6 cases have no result: 2 failed; ", "see"),
+        ({"failed": 2, "missing": 1}, "3 of 3 cases have no result: ", "see the"),
+    ],
+)
+def test_gather_says_what_to_do_about_cases_without_a_result(
+    counts, told, hints, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(results_file, "count_statuses", lambda _: counts)
+    assert gather_command._code(tmp_path / "results.h5") == 1
+    err = capsys.readouterr().err
+    assert told in err
+    assert ("see `status` and `message` in " in err) == ("see" in hints)
+    assert ("; the campaign's own command computes what" in err) == ("the" in hints)

@@ -23,7 +23,8 @@ from hpcwhirl.benchmark.tradeoff import (
 )
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.figures.pareto import Row, front_of, markdown, table_of
+from hpcwhirl.report.figures import pareto
+from hpcwhirl.report.figures.pareto import Row, front_of, markdown, percent, table_of
 from hpcwhirl.scene import apply_settings, flatten, named_scene
 
 LIGHT_RING = Path(__file__).parents[2] / "jobs" / "light_ring.toml"
@@ -129,6 +130,15 @@ def test_settings_of_unknown_axes_are_refused_and_all_inputs_are_known():
 
 
 @pytest.mark.usefixtures("cheap")
+@pytest.mark.parametrize(
+    ("ratio", "told"),
+    [(0.0, "0"), (1e-7, "1e-05 %"), (0.0123, "1.2 %"), (0.25, "25 %"), (0.99, "99 %"),
+     (0.996, "100 %"), (1.0, "100 %"), (12.34, "1234 %"), (float("nan"), "—")],
+)  # fmt: skip
+def test_large_errors_are_told_without_an_exponent(ratio, told):
+    assert percent(ratio) == told
+
+
 def test_the_table_and_its_files(tmp_path, capsys, monkeypatch):
     given = tmp_path / "short.toml"
     given.write_text("[scene]\nduration = 2e-3\n")
@@ -147,6 +157,13 @@ def test_the_table_and_its_files(tmp_path, capsys, monkeypatch):
     assert f"time_step {finest}" in text
     assert len(facts["compared"]) == 2
     assert markdown(facts) in text
+    assert "median over 1 scene (" in text
+    figures = []
+    monkeypatch.setattr(pareto, "save", lambda figure, _: figures.append(figure))
+    pareto.draw_tradeoff(facts, tmp_path / "again.png")
+    figures[0].canvas.draw()
+    ticks = figures[0].axes[0].get_xticklabels(which="both")
+    assert not any("times" in tick.get_text() for tick in ticks)
     first, second = table_of(facts)
     assert first.cost == pytest.approx(1.0)
     assert second.label in text

@@ -91,9 +91,9 @@ def test_what_no_scene_needs_is_told(tmp_path, text, why):
         (b"[scene]\n[scene]\n", "the table [scene] is given twice (at line 2"),
         (b"[engine.rotor]\n[engine.rotor]", "the table [engine.rotor] is given twice"),
         (b"[rotor]\nblades = 18", "did you mean 'engine.rotor'?"),
-        (b"[sweep]\nomega = [1, 2]", "'omega': use the input speed"),
-        ("[sweep]\n'Ω' = [1, 2]".encode(), "'Ω': use the input speed"),
-        (b"[scene]\nmu = 0.1", "'mu': use the input friction"),
+        (b"[sweep]\nomega = [1, 2]", "'omega'; did you mean 'speed'?"),
+        ("[sweep]\n'Ω' = [1, 2]".encode(), "'Ω'; did you mean 'speed'?"),
+        (b"[scene]\nmu = 0.1", "'mu'; did you mean 'friction'?"),
     ],
 )  # fmt: skip
 def test_a_slip_in_a_file_is_told_in_the_words_of_its_writer(tmp_path, content, why):

@@ -26,7 +26,8 @@ from hpcwhirl.scene.campaign_tables import (
     TwinsTable,
 )
 from hpcwhirl.scene.catalogue import catalogue, design_tables
-from hpcwhirl.scene.documents import DESIGN_TABLES
+from hpcwhirl.scene.documents import DESIGN_TABLES, scene_of_document
+from hpcwhirl.scene.input_names import SYNONYMS, full_name
 from hpcwhirl.scene.laws import LAWS
 
 DEFAULTS = Path(__file__).with_name("defaults.toml")
@@ -164,6 +165,20 @@ def test_what_is_no_input_is_told_in_its_place(capsys, word, told):
     assert code == 2
     assert told in err
     assert "did you mean" not in err
+
+
+@pytest.mark.parametrize("word", SYNONYMS)
+def test_a_word_of_the_field_leads_to_its_input(word, capsys):
+    meant = SYNONYMS[word]
+    hint = f"'{word}'; did you mean '{meant}'?"
+    with pytest.raises(InputError, match=re.escape(hint)):
+        full_name(word)
+    with pytest.raises(InputError, match=re.escape(hint)):
+        scene_of_document({"scene": {word: 1.0}})
+    assert main(["inputs", word]) in {0, 2}  # a list by meaning, or the hint
+    out, err = capsys.readouterr()
+    assert out or hint in err
+    assert main(["inputs", meant]) == 0
 
 
 def test_presets_are_told_with_what_they_set_and_lose(capsys):

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.report.canvas import new_figure, save
+from hpcwhirl.errors import number_told
+from hpcwhirl.report.canvas import BOX, new_figure, save
 
 Facts = Mapping[str, Any]
 COLUMNS = {
@@ -145,10 +146,14 @@ def _spread_of(found: Sequence[Mapping[str, float]]) -> dict[str, tuple[float, f
 
 
 def percent(value: float) -> str:
-    """Return a ratio as text in per cent with two digits, such as "1.2 %"."""
+    """Return a ratio as text in per cent with two digits, such as "1.2 %".
+
+    From 100 % on it has no decimals and no exponent.
+    """
     if not math.isfinite(value):
         return "—"
-    return "0" if value == 0.0 else f"{100 * value:.2g} %"
+    digits = ".2g" if value < 0.995 else ".0f"
+    return "0" if value == 0.0 else f"{100 * value:{digits}} %"
 
 
 def _cells(errors: Mapping[str, tuple[float, float]]) -> list[str]:
@@ -188,8 +193,8 @@ def markdown(facts: Facts) -> str:
     floor = " | ".join(["*twins of the reference*", "", "", *_cells(floor_row(facts))])
     lines.append(f"| {floor} |")
     note = (
-        f"Errors: median over {kinds} scenes (largest). Bold: on the Pareto front. "
-        "± is half the spread over the repeats."
+        f"Errors: median over {number_told(kinds, 'scene')} (largest). Bold: on the "
+        "Pareto front. ± is half the spread over the repeats."
     )
     return "\n".join([*lines, "", note, ""])
 
@@ -213,7 +218,8 @@ def draw_tradeoff(facts: Facts, path: Path) -> Path:
               where="post", c="black", lw=0.8, label="front")  # fmt: skip
     for row in front:
         axes.annotate(row.label, (row.cost, max(row.score, SMALLEST)), fontsize=7,
-                      xytext=(4, 4), textcoords="offset points")  # fmt: skip
+                      xytext=(4, 4), textcoords="offset points",
+                      bbox=BOX, zorder=4)  # fmt: skip
     floor = max((value[0] for value in floor_row(facts).values()), default=0.0)
     if floor > 0.0:
         axes.axhline(floor, c="grey", ls=":", lw=1.0, label="twins differ by (median)")
@@ -222,5 +228,7 @@ def draw_tradeoff(facts: Facts, path: Path) -> Path:
              xlabel="computing time / that of the scenes as given",
              ylabel="largest relative error, median over the scenes",
              title=f"Speed against accuracy, {facts.get('machine', '')}")  # fmt: skip
+    for part in ("major", "minor"):  # costs span few decades: 0.6, 1, 2
+        getattr(axes.xaxis, f"set_{part}_formatter")("{x:g}")
     axes.legend(fontsize=8)
     return save(figure, path)

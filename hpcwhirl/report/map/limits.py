@@ -100,13 +100,15 @@ def _bars(
     low, high = ends.T
     met, open_, none = np.isfinite(ends).all(axis=1), np.isnan(high), np.isnan(low)
     axes.vlines(x[met], low[met], high[met], color=INK, lw=3, gid="bracket")
-    axes.plot(x[~none], low[~none], "_", c=INK, ms=6, label="last damped", gid="safe")
-    axes.plot(x[open_], low[open_], "^", c=UNMET, label="no change met", gid="open")
-    axes.plot(x[none], high[none], "v", c=UNMET, label="first case not damped",
-              gid="none")  # fmt: skip
     again = met & np.array([f.changes > 1 for f in found])
-    axes.plot(x[again], high[again], "x", c="black", ms=5, label="changes again above",
-              gid="again")  # fmt: skip
+    for gid, told, marker, colour, which, y in (
+        ("safe", "last damped", "_", INK, ~none, low),
+        ("open", "no change met", "^", UNMET, open_, low),
+        ("none", "first case not damped", "v", UNMET, none, high),
+        ("again", "changes again above", "x", "black", again, high),
+    ):
+        if which.any():  # the legend has what occurs
+            axes.plot(x[which], y[which], marker, c=colour, label=told, gid=gid)
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel(label, parse_math=False)
     legend_below(axes.figure, axes)

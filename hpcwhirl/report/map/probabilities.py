@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 SHARE = "share_of_cases"  # name as a variable, so that expressions can use it
 SHARE_LABEL = SHARE.replace("_", " ")
 PANEL = "motion"  # name as an input of the map: regime whose share a panel shows
+ASIDE = 0.03  # margin beside the first and the last point / their distance
 BARS = 0.55  # width of a bar, relative to the distance between bars
 
 
@@ -181,7 +182,8 @@ def _areas(
         axes.errorbar(x[told], ends[told, 0], away, fmt="none", ecolor="black",
                       elinewidth=0.8, capsize=1.5, gid=f"interval {word}")  # fmt: skip
     axes.set_xlabel(label, parse_math=False)
-    axes.set(ylabel=SHARE_LABEL, ylim=(0.0, 1.0), xlim=(x[0], x[-1]))
+    room = ASIDE * (x[-1] - x[0])  # the intervals at both ends stand off the frame
+    axes.set(ylabel=SHARE_LABEL, ylim=(0.0, 1.0), xlim=(x[0] - room, x[-1] + room))
     legend_below(axes.figure, axes)
 
 
