@@ -19,12 +19,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
+import numpy as np
+from scipy.special import stdtrit
+
+from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import WhirlError
 
 State = TypeVar("State")
 LOW, OPEN, HIGH = -1, 0, 1  # sides of the boundary; OPEN: not known
 WIDENED = 10  # largest number of times that a pair is widened to find the boundary
 HALVED = 60  # largest number of bisections of a pair, down to round-off
+BLOCKS = 8  # blocks of a motion from which the interval of its rate follows
+CONFIDENCE = 0.95  # of that interval
 
 
 class LostEdgeError(WhirlError):
@@ -81,9 +87,8 @@ class Tracked(Generic[State]):
     pieces : states on the side LOW, a stride apart, from one bisection of the pair to
         the next; a piece begins near the end of the one before it, not exactly there
     last : pair of states at the end
-    rate : mean exponential rate, per stride, at which the states of a pair separate;
-        from the later half of each piece, since in the earlier half differences along
-        the boundary also decay
+    rate, rate_error : mean exponential rate, per stride, at which the states of a pair
+        separate, see `rate_of`, and half the width of its interval
     halvings : number of times that the distance of a pair was halved
     widened : number of times that the pair had to be widened to contain the boundary
         again
@@ -92,6 +97,7 @@ class Tracked(Generic[State]):
     pieces: list[list[State]]
     last: Pair[State]
     rate: float
+    rate_error: float
     halvings: int
     widened: int
 
@@ -156,7 +162,8 @@ def track(
     count = _Count()
     pair, count.halvings = bisect(motions, *ends, near)
     pieces: list[list[State]] = []
-    grown, over, made = 0.0, 0, 0
+    distances: list[list[float]] = []
+    made = 0
     while made < strides:
         path, apart, pair = _shadow(motions, pair, far, strides - made)
         if len(path) < 2:
@@ -165,10 +172,8 @@ def track(
                 f"distance of {pair.distance:.3g}: bisect further (smaller `near`)"
             )
         pieces.append(path)
+        distances.append(apart)
         made += len(path) - 1
-        half = len(apart) // 2
-        grown += math.log(apart[-1] / apart[half])
-        over += len(apart) - 1 - half
         if tell:
             tell(made)
         if made < strides:
@@ -176,7 +181,52 @@ def track(
             pair, halved = bisect(motions, held.low, held.high, near)
             count.halvings += halved
     pair = _held(motions, pair, count, 2.0 * max(far, pair.distance))
-    return Tracked(pieces, pair, grown / max(over, 1), count.halvings, count.widened)
+    rate = rate_of(distances, math.sqrt(near * far))
+    return Tracked(pieces, pair, *rate, count.halvings, count.widened)
+
+
+def rate_of(distances: list[list[float]], middle: float) -> tuple[float, float]:
+    """Return the rate at which a pair of states separates, and its error, per stride.
+
+    The first pair also differs along the boundary, where differences decay: its rate
+    counts from where its distance first exceeds `middle`. Later pairs lie on the line
+    through the one before, along which it has separated, and count from their
+    beginning, since a piece ends where the pair happens to separate fast: its later
+    part alone is faster than the mean. (The sum of rises up to a stopping time over the
+    sum of times is unbiased, by Wald's identity.)
+
+    The error is half the width of the 95 % interval (Student): the larger of those from
+    the pieces, as of a ratio of sums, and from `BLOCKS` blocks of strides, which differ
+    if the rate drifts. A rate that varies for longer than a piece shows only between
+    pieces: the error of a single one is NaN.
+
+    distances : of the pair, a stride apart, in each piece
+    """
+    first = np.log(distances[0])
+    over = np.flatnonzero(np.asarray(distances[0][:-1]) > middle)
+    begun = int(over[0]) if len(over) else (len(first) - 1) // 2
+    later = [np.diff(np.log(part)) for part in distances[1:]]
+    pieces = [np.diff(first[begun:]), *later]
+    rises = np.concatenate(pieces)
+    rate = float(rises.mean())
+    if len(pieces) < 2:
+        return rate, math.nan
+    blocks = np.array_split(rises, min(BLOCKS, len(rises)))
+    return rate, max(_error_of(parts, rate) for parts in (pieces, blocks))
+
+
+def _error_of(parts: list[Floats], rate: float) -> float:
+    """Return half the width of the interval of a rate, from parts of a motion.
+
+    parts : rises of the log distance by stride, in n >= 2 parts
+    rate : sum of all rises over the number of strides
+    """
+    count = len(parts)
+    width = float(stdtrit(count - 1, 0.5 + CONFIDENCE / 2))
+    missed = np.array([part.sum() - rate * len(part) for part in parts])
+    strides = sum(map(len, parts))
+    spread = math.sqrt(count / (count - 1) * float(missed @ missed))
+    return width * spread / strides
 
 
 def _shadow(

@@ -130,9 +130,10 @@ class Edge:
         radius from the first to the second part of that half), `turning_rate`, rad/s
         (mean rate of the centre's polar angle, > 0 forward), `whirl_ratio`,
         `line_frequency`, rad/s, `contact_share` (share of steps with contact); from the
-        whole motion `leaving_rate`, 1/s, at which the two sides separate, and the
-        numbers of `bisections`, of `pieces`, and of times that the pair of states was
-        `widened` to contain the boundary again
+        whole motion `leaving_rate`, 1/s, at which the two sides separate,
+        `leaving_error`, half the width of its 95 % interval, and the numbers of
+        `bisections`, of `pieces`, and of times that the pair of states was `widened` to
+        contain the boundary again
     """
 
     time: Floats
@@ -408,6 +409,7 @@ def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
     span = motions.stride * motions.step
     numbers |= {
         "leaving_rate": found.rate / span,
+        "leaving_error": found.rate_error / span,
         "bisections": float(found.halvings),
         "pieces": float(len(found.pieces)),
         "widened": float(found.widened),

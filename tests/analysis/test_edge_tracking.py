@@ -1,9 +1,11 @@
 """Edge tracking of systems whose boundary between two basins is known."""
 
+import math
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from hpcwhirl.analysis.edge_tracking import (
     HIGH,
@@ -11,6 +13,7 @@ from hpcwhirl.analysis.edge_tracking import (
     OPEN,
     LostEdgeError,
     bisect,
+    rate_of,
     track,
 )
 
@@ -150,3 +153,74 @@ def test_states_of_one_basin_lose_the_edge():
     flow = Flow(cycle, told)
     with pytest.raises(LostEdgeError, match="boundary was lost"):
         track(flow, (np.array([0.2, 0.0, 0.0]), np.array([0.201, 0.0, 0.0])), 200)
+
+
+class Saddle:
+    """A saddle: one direction grows as e^t, others decay as e^{-t / 20} to e^{-t}.
+
+    Its directions are not orthogonal. If rough, the rate at which the first one grows
+    varies as a random process of variance rough / dt over 0.2, with the mean 1. A state
+    is (number of strides, place).
+    """
+
+    step = 0.05
+
+    def __init__(self, random, rough):
+        pairs = int(random.integers(2, 5))
+        own = np.zeros((2 * pairs + 1, 2 * pairs + 1))
+        own[0, 0] = 1.0
+        for at in range(1, 2 * pairs, 2):
+            slow, turn = random.uniform(0.05, 1.0), random.uniform(0.0, 20.0)
+            own[at : at + 2, at : at + 2] = [[-slow, turn], [-turn, -slow]]
+        shapes = random.normal(size=own.shape)
+        back = np.linalg.solve(shapes, np.eye(len(own)))
+        self.forward, self.across = expm(shapes @ own @ back * self.step), back[0]
+        self.growing = np.outer(shapes[:, 0], back[0])
+        self.place = 3.0 * random.normal(size=len(own))
+        kept = math.exp(-self.step / 0.2)
+        self.more = [0.0]
+        for kick in random.normal(size=1000) * rough * math.sqrt(1.0 - kept**2):
+            self.more.append(kept * self.more[-1] + kick)
+        ends = random.normal(size=(2, len(own)))
+        ends *= np.sign(ends @ self.across)[:, None] * [[-1.0], [1.0]]
+        self.ends = tuple((0, end) for end in ends)
+
+    def between(self, low, high, share):
+        return low[0], low[1] + share * (high[1] - low[1])
+
+    def distance(self, low, high):
+        size = np.linalg.norm(self.place + low[1])
+        return float(np.linalg.norm(high[1] - low[1]) / size)
+
+    def ahead(self, state):
+        made, y = state
+        y = self.forward @ y
+        return made + 1, y + (math.exp(self.more[made]) - 1.0) * (self.growing @ y)
+
+    def side(self, state):
+        return LOW if self.across @ state[1] < 0.0 else HIGH
+
+
+@pytest.mark.parametrize(
+    ("rough", "span", "far"), [(0.0, 20.0, 0.025), (0.1, 20.0, 0.6)]
+)
+def test_the_interval_of_the_rate_holds_for_saddles_of_known_rate(rough, span, far):
+    """Of 60, for 95 % of them within chance: 3 standard errors."""
+    rates = []
+    for seed in range(60):
+        saddle = Saddle(np.random.default_rng(seed), rough)
+        found = track(saddle, saddle.ends, round(span / saddle.step))
+        rates.append((found.rate, found.rate_error))
+    rate, error = np.array(rates).T / Saddle.step
+    assert (
+        np.mean(np.abs(rate - 1.0) <= error) >= 0.95 - 3.0 * (0.05 * 0.95 / 60) ** 0.5
+    )
+    assert np.quantile(np.abs(rate - 1.0), 0.9) < far
+    assert np.median(error) < 2.0 * far
+    assert np.median(rate) == pytest.approx(1.0, abs=0.5 * far)
+
+
+def test_a_rate_of_one_piece_has_no_interval():
+    rate, error = rate_of([[1.0, 2.0, 4.0, 8.0, 16.0]], 3.0)
+    assert rate == pytest.approx(math.log(2.0))
+    assert math.isnan(error)

@@ -18,7 +18,7 @@ from hpcwhirl.analysis.whirl import full_spectrum
 from hpcwhirl.arrays import Floats
 
 Traces = dict[str, Floats]
-TARGET = 4_200_000  # bytes of all records of a page, unless records become too small
+TARGET = 4_170_000  # bytes of all records of a page, unless records become too small
 THINNEST, FINEST = 600, 12_000  # bytes of a record, smallest and largest
 MOST_RECORDS = 20_000
 LARGEST, LEAST = 1e38, 1e-37  # limits of single precision
