@@ -168,12 +168,11 @@ def _tell_stopped(journals: Journals, design: Design) -> None:
 
     These are cases that reached the amplitude limit, at which integration stops.
     """
-    found = {
-        int(case)
-        for rows, cases in told_by(journals, design.digests)
-        for case, outcome in zip(cases, rows.words("row.outcome"), strict=True)
-        if case >= 0 and outcome in LIMITED
-    }
+    found = set[int]()
+    for rows, cases in told_by(journals, design.digests):
+        outcome = rows.words("row.outcome")
+        ended = np.logical_or.reduce([outcome == word for word in LIMITED])
+        found.update(cases[ended & (cases >= 0)].tolist())
     if found:
         say(f"{cases_told(len(found))} ended at the amplitude limit: none is extended")
 

@@ -26,7 +26,6 @@ from hpcwhirl.store.directory.campaign_directory import STOP, Directory
 from hpcwhirl.store.directory.completions import (
     SECONDS,
     CaseIndex,
-    Ended,
     ended_in,
     is_plain,
     told_by,
@@ -254,18 +253,17 @@ class Seen:
         self.twins = 0, 0, 0
         status, word, last = self._read(journals)
         if planner is None:  # each case is one job
-            ended = Ended.nothing(manifest)
-            ended.over[:], ended.ok[:] = status != "", status == OK
-            self.open = ended.planner().open
+            self.open = status == ""
             over = ~self.open
             self._count(status[over].tolist(), word[over].tolist())
             self.without = int(((status != OK) & over).sum())
         else:
             self.open = planner.open[rows_of(manifest, planner)]
             self.without = int((planner.failed_alone & ~planner.open).sum())
-            ends = planner.ends.values()
-            words = [word_of(end.status, end.outcome, end.regime) for end in ends]
-            self._count([end.status for end in ends], words)
+            ends, table = planner.ends[planner.ends >= 0], planner.known.table
+            words = np.array([word_of(*end[:3]) for end in table], dtype=object)
+            of = np.array([end.status for end in table], dtype=object)
+            self._count(of[ends].tolist(), words[ends].tolist())
             self.twins = planner.count_twins()
         known = CaseIndex(manifest.digests)
         named = {digest for note in self.notes for digest in note.digests}

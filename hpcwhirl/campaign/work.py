@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import math
 from array import array
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,11 +19,11 @@ from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.work_queue import JobQueue, Order, WorkQueue
 from hpcwhirl.case.plan import FOLDING
 from hpcwhirl.launch import Communicator, Shard, from_root
-from hpcwhirl.planner.planner import Completion, Job, Jobs, Planner
+from hpcwhirl.planner.planner import OK, Completion, Job, Jobs, Planner
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.journal import Journals
-from hpcwhirl.store.directory.record import Record
+from hpcwhirl.store.directory.reader import Rows
 from hpcwhirl.store.directory.states import States
 from hpcwhirl.store.results.variables import WHY_NOT
 
@@ -135,25 +136,31 @@ def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Co
     costs = RefinedCosts(design, costs)
     costs.cover(planner)
     for row in range(planner.kind.first, len(planner)):
-        seconds = ended.taken.get(design.digest(planner.number(row)))
-        if seconds is not None:
+        seconds = ended.seconds_of(planner.number(row))
+        if not math.isnan(seconds):
             costs.learn(row, seconds)
     return costs
 
 
-def is_again(journals: Journals, retry: Collection[str], record: Record) -> bool:
-    """Return whether the case of a record must be computed again in this run.
+def is_again(
+    journals: Journals, retry: Collection[str], rows: Rows
+) -> NDArray[np.bool_]:
+    """Return for each record whether its job must be computed again, (records,).
 
     Parameters
     ----------
     journals : journals of the campaign, by which traces are checked
     retry : statuses to compute again; cases with damaged traces, or for which the
         user's function returned no numbers, are computed again, too
-    record : the stored record of the case
+    rows : some records of a journal
     """
-    status = str(record["status"])
-    damaged = status == "ok" and not journals.is_whole(record)
-    return status in retry or damaged or WHY_NOT in record
+    status = rows.words("status")
+    again = np.logical_or.reduce([status == word for word in retry])
+    again[list(rows.others.get(WHY_NOT, {}))] = True
+    traced = rows.has_any("traces") & (status == OK) & ~again
+    for record in np.flatnonzero(traced).tolist():
+        again[record] = not journals.is_whole(rows.record(record))
+    return np.asarray(again)
 
 
 def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.planner.planner import Completion, Followers
+from hpcwhirl.planner.planner import Cases, Completion, Ends, Followers
 from hpcwhirl.refinement.rule import Family
 from hpcwhirl.scene.history import history_of, parsed
 from hpcwhirl.scene.input_names import is_number
@@ -63,11 +63,31 @@ class Grid:
             return Followers(twinned=[case] if self.twins and end.is_ok else ())
         self._words[case], self._given[case] = end.word, end.is_ok
         self._left -= 1
+        return Followers(twinned=self._late().tolist())
+
+    def after_all(
+        self, over: NDArray[np.bool_], ends: NDArray[np.int32], known: Ends
+    ) -> Cases:
+        """Return the cases whose twins must be computed since some cases have ended.
+
+        Parameters
+        ----------
+        over : (cases,), whether each case has ended, and has no further stage
+        ends : (cases,), how it has ended, as an index in `known.table`
+        known : how jobs have ended
+        """
+        given = over & known.column("is_ok", ends)
+        if not len(self._words):
+            return np.flatnonzero(given & bool(self.twins))
+        self._words[over] = known.column("word", ends[over])
+        self._given, self._left = given, self._left - int(over.sum())
+        return self._late()
+
+    def _late(self) -> Cases:
+        """Return the cases with twins, which are known once all cases have ended."""
         if self._left:
-            return Followers()
-        return Followers(
-            twinned=np.flatnonzero(self.twinned(self._words) & self._given).tolist()
-        )
+            return np.zeros(0, dtype=np.int64)
+        return np.flatnonzero(self.twinned(self._words) & self._given)
 
     def twinned(self, words: Sequence[str] | NDArray[Any]) -> NDArray[np.bool_]:
         """Return for each case whether it has twins, (cases,).

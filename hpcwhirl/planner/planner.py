@@ -7,8 +7,8 @@ times: 0 the planned one, from 1 those of an extension.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,11 +107,49 @@ class JobCode(NamedTuple):
         return Job(case, twin, stage)
 
 
-Find = Callable[[Job], Completion | None]  # returns None for a job that has not ended
+NONE = Completion("missing")  # how a job has ended that has not
 
 
-def nothing(_job: Job) -> None:
-    """Return None: no job has ended yet; the default argument `find` of `Planner`."""
+class Ends:
+    """How the jobs of the cases known beforehand have ended, many at once.
+
+    Parameters
+    ----------
+    cases, twins, stages : numbers of cases, of twins of each, of later end times
+
+    Attributes
+    ----------
+    table : the different ways in which jobs have ended
+    codes : (cases, 1 + twins, 1 + stages), index in `table` of how each job has ended,
+        see `Job`; -1: it has not
+    """
+
+    def __init__(self, cases: int = 0, twins: int = 0, stages: int = 0) -> None:
+        self.table: list[Completion] = []
+        self.codes = np.full((cases, 1 + twins, 1 + stages), -1, dtype=np.int32)
+        self._code: dict[Completion, int] = {}
+
+    def code(self, end: Completion) -> int:
+        """Return the index in `table` of a way to end, which is added if it is new."""
+        found = self._code.setdefault(end, len(self.table))
+        if found == len(self.table):
+            self.table.append(end)
+        return found
+
+    def column(self, name: str, codes: NDArray[np.int32]) -> NDArray[Any]:
+        """Return a property of how jobs have ended, such as `is_ok`, (jobs,).
+
+        name, codes : the property; (jobs,), indices in `table`
+        """
+        each = np.array([getattr(end, name) for end in [*self.table, NONE]])
+        return np.asarray(each[codes])
+
+    def find(self, job: Job) -> Completion | None:
+        """Return how a job has ended; None if it has not."""
+        if job.case >= len(self.codes):
+            return None
+        code = int(self.codes[job])
+        return self.table[code] if code >= 0 else None
 
 
 class Stages(NamedTuple):
@@ -196,6 +234,23 @@ class Kind(Protocol):
         """
 
 
+@runtime_checkable
+class Whole(Kind, Protocol):
+    """A kind of campaign whose cases are all known beforehand."""
+
+    def after_all(
+        self, over: NDArray[np.bool_], ends: NDArray[np.int32], known: Ends
+    ) -> Cases:
+        """Return the cases whose twins must be computed since some cases have ended.
+
+        Parameters
+        ----------
+        over : (cases,), whether each case has ended, and has no further stage
+        ends : (cases,), how it has ended, as an index in `known.table`
+        known : how jobs have ended
+        """
+
+
 class Planner:
     """The jobs left in a campaign, and those that follow from each job that ends.
 
@@ -207,13 +262,8 @@ class Planner:
     kind : kind of the campaign
     twins : number of twins of a case that has twins
     stages : later end times of an extended campaign
-    find : function that returns how a job has ended, None if it has not; jobs that have
-        ended are not returned, only those that follow from them
-
-    Attributes
-    ----------
-    ends : {row of a case: how its last stage with a result has ended}; empty for a
-        campaign with one job for each case, see `is_plain`
+    ends : how jobs have ended; those that have are not returned, only those that follow
+        from them
     """
 
     def __init__(
@@ -221,22 +271,31 @@ class Planner:
         kind: Kind,
         twins: int = 0,
         stages: Stages = Stages(),  # noqa: B008 - immutable
-        find: Find = nothing,
+        ends: Ends | None = None,
     ) -> None:
-        self.kind, self.twins, self.stages, self.find = kind, twins, stages, find
-        self.ends: dict[int, Completion] = {}
+        self.kind, self.twins, self.stages = kind, twins, stages
+        self.known = Ends() if ends is None else ends
+        self._end = array("i")  # (rows,), see `ends`
         self._more: list[int] = []  # numbers of cases not known beforehand
         self._row: dict[int, int] = {}
         self._state = array("b")  # (rows, 1 + twins)
         self._add(kind.first)
         self._states[list(kind.waiting), 0] = UNWANTED
-        if find is not nothing:
+        if ends is not None:
             self._begin()
 
     @property
     def is_plain(self) -> bool:
         """Whether each case is one job, and no case follows from another."""
         return not (self.kind.grows or self.twins or self.stages.last)
+
+    @property
+    def ends(self) -> NDArray[np.int32]:
+        """How the last stage with a result of each known case has ended, (rows,).
+
+        It is an index in `known.table`; -1: no stage has ended.
+        """
+        return np.frombuffer(self._end, np.int32)
 
     @property
     def cases(self) -> Sequence[int]:
@@ -322,23 +381,12 @@ class Planner:
         left, todo = list[Job](), [(job, end)]
         while todo:
             for follower in self._followers(*todo.pop()):
-                known = self.find(follower)
+                known = self.known.find(follower)
                 if known is None:
                     left.append(follower)
                 else:
                     todo.append((follower, known))
         return left
-
-    def complete_plain(self, ended: NDArray[np.bool_], ok: NDArray[np.bool_]) -> None:
-        """Record how all jobs of a campaign with one job per case have ended, at once.
-
-        It may be called only if `is_plain`.
-
-        ended, ok : (cases,), whether a case has ended, and whether it gave a result
-        """
-        if not self.is_plain:
-            raise TypeError
-        self._states[ended, 0] = np.where(ok[ended], DONE, FAILED)
 
     @property
     def _states(self) -> NDArray[np.int8]:
@@ -352,13 +400,48 @@ class Planner:
 
     def _add(self, count: int) -> None:
         self._state.frombytes(bytes([0, *[UNWANTED % 256] * self.twins]) * count)
+        self._end.frombytes(b"\xff" * (self._end.itemsize * count))
 
     def _begin(self) -> None:
-        for row in self.left().row.tolist():
+        """Record how jobs have ended before; the cases of a grid all at once."""
+        rows = self.left().row
+        if isinstance(self.kind, Whole) and not self.kind.grows:
+            self._walk(0, rows)
+            over = self._states[:, 0] < 0
+            twinned = self.kind.after_all(over, self.ends, self.known)
+            for twin in range(1, 1 + self.twins):
+                self._states[twinned, twin] = 0
+                self._walk(twin, twinned)
+            return
+        for row in rows.tolist():
             job = Job(row)
-            end = self.find(job)
+            end = self.known.find(job)
             if end is not None:
                 self.complete(job, end)
+
+    def _walk(self, twin: int, rows: Cases) -> None:
+        """Record how cases, or a twin of each, have ended, stage by stage.
+
+        Parameters
+        ----------
+        twin : number of the twin; 0: the cases themselves
+        rows : (m,), of the cases, whose stage 0 is wanted
+        """
+        stage, passed = np.zeros(len(rows), dtype=np.int64), self.stages.passed
+        while len(rows):
+            code = self.known.codes[rows, twin, stage]
+            over = code >= 0
+            rows, stage, code = rows[over], stage[over], code[over]
+            ok, goes = (self.known.column(n, code) for n in ("is_ok", "is_open"))
+            if not twin:
+                last = self.ends[rows]
+                self.ends[rows] = np.where(ok | (last < 0), code, last)
+            self._states[rows, twin] = np.where(ok, DONE, FAILED)
+            skipped = passed[rows] if passed is not None else 0
+            stage = np.maximum(stage, skipped) + 1
+            on = goes & (stage <= self.stages.last)
+            rows, stage = rows[on], stage[on]
+            self._states[rows, twin] = stage
 
     def _followers(self, job: Job, end: Completion) -> list[Job]:
         """Record how a job has ended; return all jobs that follow from it.
@@ -372,11 +455,9 @@ class Planner:
         """
         row = self.row(job.case)
         at = row * (1 + self.twins) + job.twin
-        if self.is_plain:
-            self._state[at] = DONE if end.is_ok else FAILED
-            return []
-        if not job.twin and (end.is_ok or row not in self.ends):
-            self.ends[row] = end
+        if not job.twin and (end.is_ok or self._end[row] < 0):
+            told = end if self.kind.grows else end._replace(features=())
+            self._end[row] = self.known.code(told)
         stage = self.stages.after(job.case, job.stage) if end.is_open else None
         if stage is not None:
             self._state[at] = stage
@@ -384,7 +465,8 @@ class Planner:
         self._state[at] = DONE if end.is_ok else FAILED
         if job.twin:
             return []
-        cases, twinned = self.kind.after(job.case, self.ends[row])
+        last = self.known.table[self._end[row]]
+        cases, twinned = self.kind.after(job.case, last)
         return [*self._want(cases), *self._want_twins(twinned)]
 
     def _want(self, cases: Sequence[int]) -> list[Job]:

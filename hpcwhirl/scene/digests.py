@@ -227,9 +227,23 @@ class CaseDigests(OfCases[str]):
             both = (np.frombuffer(data, "<u8").reshape(-1, 4)
                     for data in (expected, words[part].tobytes()))  # fmt: skip
             wrong = np.not_equal(*both).any(axis=1) | (cases[part] < 0)
-            for place in start + np.flatnonzero(wrong):
+            others = start + np.flatnonzero(wrong)
+            cases[others] = -1
+            for place in others[self._may_have(words[others])] if len(others) else ():
                 cases[place] = self.find(bytes(words[place]).hex())
         return cases
+
+    def _may_have(self, words: NDArray[np.void]) -> NDArray[np.bool_]:
+        """Return whether a case's digest begins like each of n digests, (n,).
+
+        words : (n,), digests of 32 bytes
+        """
+        starts = np.frombuffer(words.tobytes(), ">u8").reshape(-1, 4)[:, 0]
+        starts, ordered = starts.astype(np.uint64), self._index[1]
+        places = np.searchsorted(ordered, starts)
+        inside = places < len(ordered)
+        inside[inside] = ordered[places[inside]] == starts[inside]
+        return inside
 
     def find(self, name: str, hint: int = -1) -> int:
         """Return the number of the case that has the digest `name`; -1: no case.

@@ -58,10 +58,12 @@ COMMANDS: dict[str, list[str]] = {
     "gather": ["gather", "DIR"],
     "map": ["map", "DIR"],
     "nothing to do": ["campaign", "DIR/sweep.toml", "--out", "DIR", "--report", "no"],
+    "extend": ["campaign", "DIR/sweep.toml", "--out", "DIR", "--extend", "undecided",
+               "--to", "20", "--dry-run"],
     "classify": ["classify", "DIR", "--set", "drift=0.11"],
     "cases": ["cases", "DIR", "--csv"],
     "cases --where": ["cases", "DIR", "--where", "speed > 499 and gap < 2e-4"],
-}
+}  # fmt: skip
 
 AIMS = {
     "status": "3 s", "gather": "60 s, 500 MB", "nothing to do": "4 s",

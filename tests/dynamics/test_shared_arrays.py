@@ -25,8 +25,9 @@ def bits(value):
 
 
 def forget():
-    for kept in (slots._rubbed, slots._rubbed_ring, slots._ring_column):
-        kept.cache_clear()
+    names = "_rubbed", "_rubbed_ring", "_packed_ring", "_lobes", "_ring_column"
+    for name in names:
+        getattr(slots, name).cache_clear()
 
 
 @pytest.mark.parametrize("scheme", ["modal", "exact"])

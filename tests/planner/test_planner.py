@@ -9,7 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from hpcwhirl.planner.kinds import Chains, Folds, Grid, Refined, cases_before
-from hpcwhirl.planner.planner import Completion, Job, JobCode, Planner, Stages
+from hpcwhirl.planner.planner import (
+    Completion,
+    Ends,
+    Job,
+    JobCode,
+    Planner,
+    Stages,
+)
 from hpcwhirl.refinement.rule import Family, Rule
 from hpcwhirl.scene.history import history_of, parsed
 
@@ -83,8 +90,22 @@ def planner_of(kind, twins, stages=0, find=None):
     passed = PASSED if stages else None
     made = KINDS[kind](twins)
     count = twins.get("count", 0)
-    found = {} if find is None else find
-    return Planner(made, count, Stages(stages, passed), found.get)
+    known = None if find is None else Found(made.first, count, stages, find)
+    return Planner(made, count, Stages(stages, passed), known)
+
+
+class Found(Ends):
+    """How jobs have ended, {job: how}, of cases that follow from others, too."""
+
+    def __init__(self, first, twins, stages, ends):
+        super().__init__(first, twins, stages)
+        self.ends = ends
+        for job, end in ends.items():
+            if job.case < first:
+                self.codes[job] = self.code(end)
+
+    def find(self, job):
+        return self.ends.get(job)
 
 
 KINDS = {
@@ -161,7 +182,8 @@ def test_what_has_ended_is_never_asked_for_again(kind, of, stages):
 
 
 def by_case(planner):
-    return {planner.number(row): end for row, end in planner.ends.items()}
+    ends, table = planner.ends.tolist(), planner.known.table
+    return {planner.number(r): table[c] for r, c in enumerate(ends) if c >= 0}
 
 
 @pytest.mark.parametrize("stages", [0, 2])
@@ -215,8 +237,9 @@ def test_a_plain_campaign_at_once_is_that_one_by_one(ended, data):
     ok = np.array(data.draw(some.lists(some.booleans(), min_size=8, max_size=8)))
     over = np.isin(np.arange(8), ended)
     found = {Job(case): Completion("ok" if ok[case] else "failed") for case in ended}
-    one, other = planner_of("grid", {}, find=found), planner_of("grid", {})
-    other.complete_plain(over, ok)
+    one, other = planner_of("grid", {}), planner_of("grid", {}, find=found)
+    for job, end in found.items():
+        assert one.complete(job, end) == []
     assert jobs_of(one) == jobs_of(other) == {Job(c) for c in range(8) if not over[c]}
     for name in ("open", "failed", "failed_alone"):
         assert getattr(one, name).tolist() == getattr(other, name).tolist()
@@ -238,7 +261,7 @@ def test_a_case_that_failed_to_go_on_has_the_result_of_before():
     first = Completion("ok", "completed", "undecided", is_open=True)
     planner.complete(Job(0), first)
     planner.complete(Job(0, 0, 1), Completion("failed"))
-    assert planner.ends[0] == first
+    assert by_case(planner)[0] == first
     assert planner.failed_alone[0]
     assert not planner.open[0]
 

@@ -12,6 +12,7 @@ from specimen import BASE
 from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.progress import progress_of
+from hpcwhirl.planner.planner import Job, completion_of
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
 from hpcwhirl.scene.words import ENUMS, is_open
 from hpcwhirl.store.directory import reader
@@ -136,26 +137,41 @@ def test_columns_tell_what_was_written(made, damaged, listed):
     assert -1 in {line[0] for line in found}
 
 
-def test_what_has_ended_is_the_same_of_few_and_of_all(made):
+@pytest.mark.parametrize("again", [(), ("failed",)])
+@pytest.mark.parametrize("twins", [0, 2])
+def test_jobs_have_ended_as_their_newest_records_tell(made, twins, again):
     design, folder = made
     spoilt(folder)
     plan, asked = design.manifest(), [design.digests[i] for i in (0, 3, CASES - 1)]
-    one, two = (
-        ended_in(Journals(folder), plan, asked),
-        ended_in(Journals(folder), plan, again=lambda _: False),
+    plan = dataclasses.replace(
+        plan, twins={"of": "all", "count": twins} if twins else {}
     )
-    assert one.over.tolist() == two.over.tolist()
-    assert one.ok.tolist() == two.ok.tolist()
-    assert 0 < one.over.sum() < CASES
-    np.testing.assert_array_equal(one.seconds, two.seconds)
-    np.testing.assert_array_equal(one.marched, two.marched)
-    assert np.isfinite(one.marched).any()
-    assert one.told.keys() == two.told.keys() & set(asked)
-    for name, end in one.told.items():
-        assert (end.status, end.is_open) == (
-            two.told[name].status,
-            two.told[name].is_open,
-        )
+    anew = None
+    if again:
+        anew = lambda rows: np.isin(rows.words("status").astype(str), again)  # noqa: E731
+    found = ended_in(Journals(folder), plan, asked, anew)
+    numbers = {name: case for case, name in enumerate(design.digests)}
+    jobs, told, seconds = {}, {}, np.full(CASES, np.nan)
+    for _, _, one in whole(folder):
+        twin, case = one.get("twin", 0), numbers.get(one.get("of", one["digest"]))
+        end = completion_of(one)._replace(features=())
+        known = None if one["status"] in again or case is None or twin > twins else end
+        told[one["digest"]] = known
+        if case is not None and twin <= twins:
+            jobs[Job(case, twin)] = known
+            if not twin:
+                took = one["performance"]["seconds"]
+                seconds[case] = took if end.is_ok else np.nan
+    every = [Job(case, twin) for case in range(CASES) for twin in range(1 + twins)]
+    assert [found.ends.find(job) for job in every] == [jobs.get(job) for job in every]
+    assert {end.is_open for end in jobs.values() if end} == {True, False}
+    assert 0 < found.over.sum() < CASES
+    assert found.told == {n: told[n] for n in asked if told.get(n)}
+    np.testing.assert_array_equal(found.seconds, seconds)
+    assert np.isfinite(found.marched).any()
+    left = {job for job in every if not job.twin and not jobs.get(job)}
+    planner = found.planner()
+    assert {Job(r) for r in planner.left().row[planner.left().twin == 0]} == left
 
 
 def test_a_record_under_a_plan_that_has_grown_is_known_by_its_digest(made):

@@ -381,9 +381,10 @@ def spans_of(
         own &= np.isin(jobs.row, np.asarray(mine))
     jobs = Jobs(*(one[own] for one in jobs))
     least, most = np.ones(len(jobs.row)), longest[jobs.row]
-    for place in np.flatnonzero(jobs.stage).tolist():
-        at = int(jobs.row[place]), int(jobs.stage[place])
-        least[place], most[place] = _span(design, ended.plan.extended, *at)
+    later = np.flatnonzero(jobs.stage)
+    if len(later):
+        own = jobs.row[later], jobs.stage[later]
+        least[later], most[later] = _spans(design, ended.plan.extended, *own)
     if twins and not design.grows:  # twins follow later
         first = jobs.twin == 0
         least[first] *= 1 if twins.is_late else 1 + twins.count
@@ -393,10 +394,13 @@ def spans_of(
     return cases.tolist(), np.column_stack(each)
 
 
-def _span(
-    design: Design, extended: Sequence[float], case: int, stage: int
-) -> tuple[float, float]:
-    """Return the least and largest simulated time of the extensions left of a case.
+def _spans(
+    design: Design,
+    extended: Sequence[float],
+    cases: NDArray[np.int64],
+    stages: NDArray[np.int64],
+) -> tuple[Floats, Floats]:
+    """Return the least and largest simulated time of extensions left, (jobs,) each.
 
     Both are divided by the first end time of the case. Least: the case is decided at
     the next time at which its word is determined; largest: never.
@@ -404,13 +408,16 @@ def _span(
     Parameters
     ----------
     extended : end times of the extensions, s
-    case : number of the case
-    stage : number of the extension that is computed next, from 1
+    cases, stages : (jobs,), numbers of the cases; for each, number of the extension
+        that is computed next, from 1
     """
-    ends = design.scene(case).end_times
-    before = max([ends[-1], *extended[: stage - 1]])
-    soon = min(2.0 * before, extended[stage - 1])
-    return (soon - before) / ends[0], (extended[-1] - before) / ends[0]
+    columns, (first, last) = design.columns, np.zeros((2, len(design.settings)))
+    for part, ends in zip(columns.chunks(), columns.last_ends(), strict=True):
+        first[part], last[part] = end_times(columns.all(part)), ends
+    times = np.array([0.0, *extended])
+    before = np.maximum(last[cases], times[stages - 1])
+    soon = np.minimum(2.0 * before, times[stages])
+    return (soon - before) / first[cases], (times[-1] - before) / first[cases]
 
 
 def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:

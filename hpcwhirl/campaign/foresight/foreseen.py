@@ -92,11 +92,12 @@ def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
     """
     planner, address = ended.planner(), design.family.address
     known: dict[Address, Known] = {}
-    for row, end in planner.ends.items():
-        case = planner.number(row)
+    for row, code in enumerate(planner.ends.tolist()):
+        if code < 0:
+            continue
+        case, end = planner.number(row), planner.known.table[code]
         word = design.family.rule.word_of(end._asdict()) if end.is_ok else None
-        seconds = ended.taken.get(design.digest(case), math.nan)
-        known[address(case)] = Known(word, seconds)
+        known[address(case)] = Known(word, ended.seconds_of(case))
     jobs = planner.left()
     beyond = (jobs.row >= planner.kind.first) & (jobs.twin == 0)
     return known, int(beyond.sum())

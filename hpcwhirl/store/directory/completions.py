@@ -1,16 +1,16 @@
 """Which jobs of a campaign have ended, read from the journals in its directory.
 
 `Ended` holds them, and makes the planner of the jobs left. Journals are read as arrays,
-each record with the number of its case (`told_by`); where an extension, twins or
-refined cases need more, record by record (`ended_of`).
+each record with the number of its case (`told_by`), never record by record.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from hpcwhirl.planner.kinds import Chains, Folds, Grid, Refined, cases_before
 from hpcwhirl.planner.planner import (
     OK,
     Completion,
+    Ends,
     Job,
     Kind,
     Planner,
@@ -26,16 +27,19 @@ from hpcwhirl.planner.planner import (
     completion_of,
 )
 from hpcwhirl.refinement.rule import Family, rule_of
+from hpcwhirl.refinement.words import ATTRACTOR
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.digests import CaseDigests
 from hpcwhirl.scene.quantities import WHOLE
-from hpcwhirl.scene.words import OPEN
+from hpcwhirl.scene.words import OPEN, is_open
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest, digests_of
 from hpcwhirl.store.directory.reader import Rows
-from hpcwhirl.store.directory.record import Record
 
 SECONDS = "performance.seconds"
+# fields whose words tell how a job has ended
+WORDS = ("status", "row.outcome", "row.regime", "row.whirl", "row.stop")
+DIGEST = re.compile("[0-9a-f]{64}")
 MARCHED = ("row.steps", "row.certificate", "row.duration")
 Cases = NDArray[np.int64]
 
@@ -165,34 +169,6 @@ class CaseIndex:
         return found
 
 
-class Place(NamedTuple):
-    """What a record in a journal is the result of: a case or twin, and the end time.
-
-    Attributes
-    ----------
-    of : digest of the case
-    twin : number of the twin; 0: the case itself
-    stage : 0: run to the planned end time; n: to the n-th end time of an extension
-    """
-
-    of: str
-    twin: int
-    stage: int
-
-
-def job_of(record: Record, plan: Manifest) -> Place:
-    """Return which case, twin and stage a record is the result of.
-
-    The stage is -1 if the plan has no such job.
-    """
-    of, twin = str(record.get("of", record.get("digest", ""))), record.get("twin", 0)
-    time = record.get("longest", 0.0)
-    if not isinstance(twin, int) or not 0 <= twin <= plan.twins.get("count", 0):
-        return Place("", 0, -1)
-    times = _times(plan)
-    return Place(of, twin, times.index(time) if time in times else -1)
-
-
 def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
     """Return the stage to which each record belongs, (records,); -1: none of the plan.
 
@@ -208,6 +184,11 @@ def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
     for stage, ends in enumerate(_times(plan)):
         stages[time == ends] = stage
     return stages
+
+
+def _twins(plan: Manifest) -> int:
+    """Return the number of twins that a case of a plan may have."""
+    return int(plan.twins.get("count", 0))
 
 
 def _times(plan: Manifest) -> list[float]:
@@ -242,6 +223,33 @@ def digest_of(plan: Manifest, family: Family) -> Callable[[int], str]:
     return digest
 
 
+class FurtherEnds(Ends):
+    """How the jobs of a refined campaign have ended, of its further cases, too.
+
+    Attributes
+    ----------
+    further : {digest of a case, twin and stage: index in `table`}
+    taken : {digest of a case: its computing time, s}
+    """
+
+    def __init__(self, plan: Manifest) -> None:
+        super().__init__(len(plan.digests), _twins(plan), len(plan.extended))
+        self.family = family_of(plan)
+        self.digest = digest_of(plan, self.family)
+        self.further: dict[tuple[bytes, int, int], int] = {}
+        self.taken: dict[bytes, float] = {}
+
+    def find(self, job: Job) -> Completion | None:
+        """Return how a job has ended; None if it has not."""
+        if job.case < len(self.codes):
+            return super().find(job)
+        if not self.further:
+            return None
+        digest = bytes.fromhex(self.digest(job.case))
+        code = self.further.get((digest, job.twin, job.stage), -1)
+        return self.table[code] if code >= 0 else None
+
+
 @dataclass(frozen=True)
 class Ended:
     """The jobs of a campaign that have ended, and how, from its journals.
@@ -253,10 +261,8 @@ class Ended:
         case) has ended at its planned duration, and whether it gave a result
     seconds, marched : (cases,), computing time, s, and number of integrated time steps;
         NaN for cases without a result
-    told : {digest of a job: how it has ended}; if each case is one job (`is_plain`),
-        only for the digests passed to `ended_in` as `asked`
-    places : {case, twin and stage: how that job has ended}; empty if `is_plain`
-    taken : {digest: computing time, s} of cases at their planned duration
+    told : {digest of a job: how it has ended}, of the digests that were asked for
+    ends : how each job has ended
     """
 
     plan: Manifest
@@ -265,8 +271,7 @@ class Ended:
     seconds: NDArray[np.float64]
     marched: NDArray[np.float64]
     told: dict[str, Completion]
-    places: dict[Place, Completion]
-    taken: dict[str, float]
+    ends: Ends
 
     @classmethod
     def nothing(cls, plan: Manifest) -> Ended:
@@ -274,63 +279,135 @@ class Ended:
         count = len(plan.digests)
         over, ok = np.zeros((2, count), dtype=bool)
         seconds, steps = np.full((2, count), np.nan)
-        return cls(plan, over, ok, seconds, steps, {}, {}, {})
+        of_grid = Ends(count, _twins(plan), len(plan.extended))
+        ends = FurtherEnds(plan) if plan.refine else of_grid
+        return cls(plan, over, ok, seconds, steps, {}, ends)
 
     def planner(self) -> Planner:
         """Return the planner of the jobs left in the campaign."""
         plan = self.plan
-        kind, find = self._refined() if plan.refine else self._grid()
-        if is_plain(plan):
-            planner = Planner(kind)
-            planner.complete_plain(self.over, self.ok)
-            return planner
-        return Planner(kind, int(plan.twins.get("count", 0)), stages_of(plan), find)
+        return Planner(self._kind(), _twins(plan), stages_of(plan), self.ends)
 
-    def _grid(self) -> tuple[Kind, Callable[[Job], Completion | None]]:
-        plan, known = self.plan, CaseIndex(self.plan.digests)
-        jobs = {
-            Job(known.find(of), twin, stage): end
-            for (of, twin, stage), end in self.places.items()
-        }
-        if "history" in plan.table.names:
-            return Chains(cases_before(plan.settings)), jobs.get
-        return Grid(plan.settings, plan.swept, plan.digests, plan.twins), jobs.get
+    def _kind(self) -> Kind:
+        plan, ends = self.plan, self.ends
+        chained = "history" in plan.table.names
+        if isinstance(ends, FurtherEnds):
+            if chained:
+                return Folds(ends.family, cases_before(plan.settings), ends.digest)
+            return Refined(ends.family, plan.twins, ends.digest)
+        if chained:
+            return Chains(cases_before(plan.settings))
+        return Grid(plan.settings, plan.swept, plan.digests, plan.twins)
 
-    def _refined(self) -> tuple[Kind, Callable[[Job], Completion | None]]:
-        family = family_of(self.plan)
-        digest = digest_of(self.plan, family)
+    def seconds_of(self, case: int) -> float:
+        """Return the computing time of a case to its planned duration, s; NaN if none.
 
-        def find(job: Job) -> Completion | None:
-            return self.places.get(Place(digest(job.case), job.twin, job.stage))
+        case : number of the case
+        """
+        if case < len(self.seconds):
+            return float(self.seconds[case])
+        ends = self.ends
+        if not isinstance(ends, FurtherEnds):
+            raise TypeError
+        return ends.taken.get(bytes.fromhex(ends.digest(case)), math.nan)
 
-        if "history" in self.plan.table.names:
-            return Folds(family, cases_before(self.plan.settings), digest), find
-        return Refined(family, self.plan.twins, digest), find
-
-    def take(self, record: Record, case: int, *, again: bool) -> None:
-        """Enter how a job has ended from its record; records must come oldest first.
+    def take(
+        self, rows: Rows, cases: Cases, asked: Asked, again: NDArray[np.bool_]
+    ) -> None:
+        """Enter how jobs have ended from their records; the oldest ones come first.
 
         Parameters
         ----------
-        record : the record
-        case : number of its case; -1 for twins, longer runs and cases of other plans
-        again : whether the record's job must be computed again: it counts as not done
+        rows : some records of a journal
+        cases : (records,), number of each record's case; -1: not of the plan
+        asked : the jobs that `told` must have
+        again : (records,), whether the job must be computed again: it counts as not
+            done
         """
-        name, end = record["digest"], completion_of(record)
-        place = job_of(record, self.plan)
-        self.told.pop(name, None)
-        self.places.pop(place, None)
-        if not again and place.stage >= 0:
-            self.told[name] = self.places[place] = end
-        seconds = float(record.get("performance", {}).get("seconds", math.nan))
-        if end.is_ok and not place.twin and not place.stage:
-            self.taken[name] = seconds
-        if case >= 0:
-            self.over[case], self.ok[case] = not again, end.is_ok
-            self.seconds[case] = seconds if end.is_ok else math.nan
-            row = record.get("row", {}) if end.is_ok else {}
-            told = (row.get(name.removeprefix("row."), math.nan) for name in MARCHED)
-            self.marched[case] = marched(*told)
+        code = np.where(again, -1, self._codes(rows))
+        twin, stage = rows.numbers("twin", 0), stages_in(rows, self.plan)
+        there = (twin >= 0) & (twin <= _twins(self.plan)) & (stage >= 0)
+        at = np.flatnonzero(there & (cases >= 0))
+        self.ends.codes[cases[at], twin[at].astype(np.int64), stage[at]] = code[at]
+        planned = (twin == 0) & (rows.numbers("longest", 0.0) == 0)
+        own = np.flatnonzero(planned & (cases >= 0))
+        case, ok = cases[own], rows.words("status") == OK
+        seconds = np.where(ok, rows.numbers(SECONDS, np.nan), np.nan)
+        self.over[case], self.ok[case] = ~again[own], ok[own]
+        self.seconds[case] = seconds[own]
+        self.marched[case] = np.where(ok, marched_in(rows), np.nan)[own]
+        for name, record in asked.among(rows):
+            self.told.pop(name, None)
+            if code[record] >= 0 and there[record]:
+                self.told[name] = self.ends.table[int(code[record])]
+        if isinstance(self.ends, FurtherEnds):
+            own = np.flatnonzero(there & (cases < 0))
+            names, of = rows.slots["digest"].copy(), rows.has("of")
+            if of.any():
+                names[of] = rows.slots["of"][of]
+            each = (part[own].tolist() for part in (names, twin, stage, code, seconds))
+            for name, one, time, how, taken in zip(*each, strict=True):
+                self.ends.further[name, int(one), time] = how
+                if not one and not time:
+                    self.ends.taken[name] = taken
+
+    def _codes(self, rows: Rows) -> NDArray[np.int64]:
+        """Return how the job of each record has ended, as in `Ends.table`, (records,).
+
+        rows : some records of a journal
+        """
+        key, lists = np.zeros(len(rows), dtype=np.int64), []
+        for name in WORDS:
+            codes, words = rows.codes(name)
+            key = key * len(words) + codes
+            lists.append(words)
+        kinds, number = np.unique(key, return_inverse=True)
+        places = np.unravel_index(kinds, tuple(map(len, lists)))
+        each = ([words[i] for i in at] for words, at in zip(lists, places, strict=True))
+        ways = [self.ends.code(_end_of(*words)) for words in zip(*each, strict=True)]
+        out = np.array(ways, dtype=np.int64)[number]
+        odd = {n for name in WORDS for n in rows.others.get(name, {})}
+        of_motion = self.plan.refine.get("words") == ATTRACTOR
+        for record in range(len(rows)) if of_motion else odd:
+            end = completion_of(rows.record(record))
+            out[record] = self.ends.code(
+                end if of_motion else end._replace(features=())
+            )
+        return out
+
+
+def _end_of(
+    status: str, outcome: str, regime: str, whirl: str, stop: str
+) -> Completion:
+    """Return how a job has ended, by the words of its record, without its motion."""
+    still = status == OK and is_open({"regime": regime, "stop": stop})
+    return Completion(status, outcome, regime, whirl, still)
+
+
+class Asked:
+    """Digests of some jobs, found among those of many records.
+
+    names : the digests, hexadecimal
+    """
+
+    def __init__(self, names: Collection[str]) -> None:
+        self.names = {name for name in names if DIGEST.fullmatch(name)}
+        self._starts = [int(name[:16], 16) for name in self.names]
+
+    def among(self, rows: Rows) -> Iterator[tuple[str, int]]:
+        """Yield the digest of a job that was asked for, and its record's index.
+
+        rows : some records of a journal
+        """
+        if not self.names:
+            return
+        words, has = rows.slots["digest"], rows.has("digest")
+        starts = np.frombuffer(words.tobytes(), ">u8").reshape(-1, 4)[:, 0]
+        like = np.isin(starts.astype(np.uint64), np.array(self._starts, np.uint64))
+        for record in np.flatnonzero(like & has).tolist():
+            name = bytes(words[record]).hex()
+            if name in self.names:
+                yield name, record
 
 
 def stages_of(plan: Manifest) -> Stages:
@@ -359,68 +436,21 @@ def ended_in(
     journals: Journals,
     plan: Manifest,
     asked: Collection[str] = (),
-    again: Callable[[Record], bool] | None = None,
+    again: Callable[[Rows], NDArray[np.bool_]] | None = None,
 ) -> Ended:
     """Return which jobs of a campaign have ended, from the journals in its directory.
-
-    Parameters
-    ----------
-    journals, plan : journals and plan of the campaign
-    asked : digests of jobs that `Ended.told` must have
-    again : returns whether the job of a record must be computed again; None: never
-    """
-    if is_plain(plan) and again is None:
-        known = CaseIndex(plan.digests)
-        cases = {name: known.find(name) for name in asked}
-        if min(cases.values(), default=0) >= 0:
-            return _by_columns(journals, plan, cases)
-    return ended_of(plan, journals.records(), again)
-
-
-def ended_of(
-    plan: Manifest,
-    records: Iterable[Record],
-    again: Callable[[Record], bool] | None = None,
-) -> Ended:
-    """Return which jobs of a plan have ended, from records in the order of their age.
-
-    Parameters
-    ----------
-    plan : plan of the campaign
-    records : records of its journals, the oldest first
-    again : returns whether the job of a record must be computed again; None: never
-    """
-    ended, known = Ended.nothing(plan), CaseIndex(plan.digests)
-    for record in records:
-        planned = not record.get("twin") and not record.get("longest")
-        case = known.find(record["digest"], record.get("case")) if planned else -1
-        ended.take(record, case, again=again is not None and again(record))
-    return ended
-
-
-def _by_columns(journals: Journals, plan: Manifest, asked: Mapping[str, int]) -> Ended:
-    """Return which jobs have ended in a plan without twins, refinement and extension.
 
     The journals are read as arrays, without one object per record.
 
     Parameters
     ----------
     journals, plan : journals and plan of the campaign
-    asked : {digest: case} of the jobs that `Ended.told` must have
+    asked : digests of jobs that `Ended.told` must have
+    again : returns for each record whether its job must be computed again, (records,);
+        None: never
     """
-    ended = Ended.nothing(plan)
-    names = {case: name for name, case in asked.items()}
-    numbers = np.array(list(names), dtype=np.int64)
-    for rows, cases in told_by(journals, plan.digests):
-        own = np.flatnonzero(cases >= 0)
-        case, status = cases[own], rows.words("status")[own]
-        ok = status == OK
-        ended.over[case], ended.ok[case] = True, ok
-        ended.seconds[case] = np.where(ok, rows.numbers(SECONDS, np.nan)[own], np.nan)
-        ended.marched[case] = np.where(ok, marched_in(rows)[own], np.nan)
-        asked_for = np.flatnonzero(np.isin(case, numbers))
-        still = open_in(rows)[own[asked_for]] if len(asked_for) else ()
-        for place, is_open in zip(asked_for, still, strict=True):
-            end = Completion(str(status[place]), is_open=bool(is_open))
-            ended.told[names[int(case[place])]] = end
+    ended, known, few = Ended.nothing(plan), CaseIndex(plan.digests), Asked(asked)
+    for rows in journals.rows():
+        anew = np.zeros(len(rows), bool) if again is None else again(rows)
+        ended.take(rows, known.cases_of(rows), few, anew)
     return ended

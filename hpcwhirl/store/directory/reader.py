@@ -150,15 +150,27 @@ class Rows:
                     out[record] = value
         return out
 
+    def codes(self, name: str) -> tuple[Cases, list[str]]:
+        """Return the codes of the words that records have in a binary field.
+
+        name : full name of the field
+
+        Returns
+        -------
+        (records,), index of each record's word; and the words, the last one "none", for
+        a record without a word
+        """
+        has, own = self.has(name), self.header.layout.words.get(name, ())
+        codes = self.slots[name] if len(own) else len(own)
+        return np.where(has, codes, len(own)), [*map(str, own), "none"]
+
     def words(self, name: str) -> NDArray[np.object_]:
         """Return the word that each record has in a field, (records,); "none": no word.
 
         name : full name of the field
         """
-        has, own = self.has(name), self.header.layout.words.get(name, ())
-        known = np.array([*map(str, own), "none"], dtype=object)
-        codes = self.slots[name] if len(own) else len(own)
-        out: NDArray[np.object_] = known[np.where(has, codes, len(own))]
+        codes, own = self.codes(name)
+        out: NDArray[np.object_] = np.array(own, dtype=object)[codes]
         for record, value in self.others.get(name, {}).items():
             out[record] = str(value)
         return out
