@@ -181,10 +181,11 @@ class Lattice:
     def touching(self, level: int, point: Point) -> set[Cell]:
         """Return the cells of a level that contain a point, inside or on a side."""
         near = [
-            [x for x in (place - 1, place) if 0 <= x < side.last]
+            {x >> (s := side.shift(level, x)) << s for x in (place - 1, place)
+             if 0 <= x < side.last}
             for side, place in zip(self.sides, point, strict=True)
-        ]
-        return {self.at(level, unit) for unit in itertools.product(*near)}
+        ]  # fmt: skip
+        return {(level, low) for low in itertools.product(*near)}
 
     def neighbours(self, cell: Cell) -> set[Cell]:
         """Return the cells of the same level that touch a cell, even at a corner."""

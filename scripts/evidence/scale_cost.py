@@ -236,6 +236,8 @@ def main() -> None:
     if args.write and (args.cases, args.only) != (SIZES, list(COMMANDS)):
         parser.error("--write needs all sizes and commands: no --cases, no --only")
     found = []
+    # an installed program is not compiled at every start, which takes a second
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     with working_folder(args.folder, "scale-cost") as folder:
         for cases in args.cases:
             # in a process of its own: what it holds would count as its child's
