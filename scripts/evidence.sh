@@ -27,6 +27,7 @@ basins      | 10 min  | python scripts/evidence/basins.py              |
 neighbours  | minutes | python scripts/evidence/neighbours.py          |
 decided     | hours   | python scripts/evidence/words_hold.py --cells  | --write
 motions     | 20 min  | python scripts/evidence/motions.py             | --write
+early       | 10 min  | python scripts/evidence/early.py               | --write
 foresight   | 1 hour  | python scripts/evidence/foresight.py           | --write
 scale-cost  | 1 hour  | python scripts/evidence/scale_cost.py          | --write
 million     | minutes | python scripts/evidence/million.py             |

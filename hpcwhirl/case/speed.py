@@ -24,6 +24,7 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.kept_tables import kept_rows
 
 USUAL = 1e-4  # accuracy of the intervals if `solver.accuracy` is not given
+ENDLESS = 1e100  # s, longest change of the speed; beyond, a product with 0 is no number
 STANDS = 1e-6  # speed, relative to the largest, that counts as standstill
 MOST_STEPS = 4096  # largest number of steps of an interval
 MOST_KEPT = 32  # number of cached models, as in `reduction.model`
@@ -54,7 +55,7 @@ class SpeedLaw:
         if self.kind == "table":
             return self.times[-1]
         time = (self.end - self.start) / self.rate
-        return time if time > 0.0 else math.inf
+        return min(time, ENDLESS) if time > 0.0 else math.inf
 
     def speed(self, time: Any) -> Any:
         """Return the speed Omega, rad/s, at times, s, of any shape."""
@@ -322,9 +323,9 @@ def interval_of(scene: Scene, model: Model) -> int:
         waves = float(ring) if rides(scene, model) else 2.0
         curved.append(waves * law.fastest_change)
     if scene.gap_closure:
-        curved.append(
-            abs(scene.gap_closure) / scene.gap_time**2 / max(scene.gap, 1e-12)
-        )
+        rate = abs(scene.gap_closure) / scene.gap_time  # by gap_time^2 it may overflow
+        bent = rate / scene.gap_time / max(scene.gap, 1e-12)
+        curved.append(max(bent, math.ulp(0.0)))
     longest = math.sqrt(8.0 * accuracy / max(curved, default=math.inf))
     if scene.gap_table or scene.speed_table:  # kinks of a table may lie in an interval
         longest = min(longest, accuracy**0.5 * _shortest(scene))
@@ -360,6 +361,13 @@ def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
             "speed must keep its sign and not reach 0, where friction reverses: "
             f"acceleration, speed_to and duration lead from {law.start:.6g} to "
             f"{float(law.speed(scene.end_times[-1])):.6g} rad/s"
+        )
+    step = scene.solver.time_step
+    if law.kind == "decay" and law.lasts < step:
+        raise InputError(
+            f"acceleration must be within +-{abs(law.end - law.start) / step:.6g} "
+            "rad/s^2 where ramp is decay (a time constant of one time step), got "
+            f"{law.rate:.6g}"
         )
     spin = model.rotor.spin
     if spin is not None and (spin.released is not None or not spin.support.is_plain):

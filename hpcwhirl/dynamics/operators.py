@@ -277,7 +277,8 @@ def _abradable(scene: Scene) -> Layer:
     casing, area = scene.engine.casing, rod_area(scene)
     growth = area * casing.layer_hardening / casing.layer_thickness
     limit, under = area * casing.layer_yield, casing.layer_rods
-    return Layer(_flex(scene), 1.0 / growth, 0.0, limit, growth, under)
+    soft = float(np.divide(1.0, growth))  # raises, in `representable`, beyond numbers
+    return Layer(_flex(scene), soft, 0.0, limit, growth, under)
 
 
 def _archard(scene: Scene) -> Layer:

@@ -16,6 +16,7 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Tracks
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.numbers import representable
 from hpcwhirl.reduction.waves import ROUND_OFF, largest_growth
 
 if TYPE_CHECKING:
@@ -193,7 +194,9 @@ def _free_growth(march: March, judged: Evidence) -> Floats:
     speeds = speed_at(scene, judged.time) if changes else np.array([scene.speed])
     seen = speeds[rests] if changes else speeds
     knots = np.linspace(seen.min(), seen.max(), KNOTS if changes else 1)
-    rates = [largest_growth(rotor, march.model.blades, at) for at in knots.tolist()]
+    blades = march.model.blades
+    with representable("the growth of a free motion"):
+        rates = [largest_growth(rotor, blades, at) for at in knots.tolist()]
     least = ROUND_OFF * float(rotor.omega.max())
     grown = np.where(np.array(rates) > least, rates, 0.0)
     return np.asarray(np.interp(speeds, knots, grown))

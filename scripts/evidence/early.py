@@ -1,6 +1,6 @@
 """Whether a case that ends early has the word of the same case integrated to its end.
 
-    python scripts/evidence/early.py [FILE] [--count 170] [--seed 3] [--write]
+    python scripts/evidence/early.py [FILE] [--count 150] [--seed 3] [--write]
 
 Draws scenes of all features in turn (`KINDS`), each on one of three engines of 7 to 22
 blades, with speed, gap, friction, force and pulse drawn and, for half of those without,
@@ -280,7 +280,7 @@ def main() -> int:
     """Measure what is missing, print the tables, write the page if asked to."""
     parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("file", nargs="?", type=Path)
-    parser.add_argument("--count", type=int, default=170)
+    parser.add_argument("--count", type=int, default=150)
     parser.add_argument("--seed", type=int, default=3)
     args = parser.parse_args()
     with working_folder(None, "early") as folder:

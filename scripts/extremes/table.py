@@ -23,6 +23,7 @@ from extremes.laws import (
 )
 
 from hpcwhirl.scene import Scene, flatten
+from hpcwhirl.scene.input_names import full_name
 
 SCHEMES = ("modal", "exact", "general", "paper")
 
@@ -212,6 +213,16 @@ TABLE: list[Extreme] = [
     *each("size of the engine", scaled(1e3),
           *over("scheme", "exact", "general", "paper"), quick=False),
     *each("size of the engine", scaled(1e-3), {"friction": 1.0}, quick=False),
+    *each("gap that closes", any_law, *over("gap_time", 1e-300, 1e300,
+          gap_closure=5e-5)),
+    *each("run-up", any_law,
+          {"acceleration": 5e-324, "ramp": "smooth", "speed_to": 500.0},
+          {"acceleration": -5e-324, "ramp": "decay", "speed_to": 100.0}),
+    *each("run-up", refused("acceleration must be within"),
+          {"acceleration": -1e14, "ramp": "decay", "speed_to": 100.0}),
+    *each("layer", refused("cannot be computed"), {"contact_law": "abradable",
+          "scheme": "general", "layer_hardening": 5e-324}),
+    *each("supports", any_law, {"cross_coupling": 1e300, "scheme": "general"} | TURNS),
     *each("no number", refused("must be a finite number"),
           *over("speed", "nan", "inf", "-inf"), *over("gap", "nan", "inf"),
           *over("time_step", "nan", "inf"), *over("casing.damping", "nan", "inf")),
@@ -226,4 +237,68 @@ TABLE += [
     Extreme("edge of numbers", {name: edge, "scheme": "general"}, any_law, quick=False)
     for name in NUMBERS
     for edge in EDGES
+]
+
+OVAL = {"profile": "harmonic,amplitude,phase;2,3e-5,0.4"}
+ONE_BY_ONE = {"scheme": "general"}
+# {feature: inputs that switch it on, and its numbers, each of which goes to its edges}
+FEATURES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
+    "squeeze film": (
+        ONE_BY_ONE | TURNS | {"film_viscosity": 2e-5},  # at 2e10 it closes to 5e-7
+        ("film_viscosity", "film_length", "film_radius", "film_clearance")),
+    "layer that yields": (
+        ONE_BY_ONE | {"contact_law": "abradable"},
+        ("layer_edge", "layer_width", "layer_thickness", "layer_young", "layer_yield",
+         "layer_hardening")),
+    "layer that is rubbed off": (
+        ONE_BY_ONE | {"contact_law": "archard"},
+        ("layer_edge", "layer_width", "wear_coefficient")),
+    "oval casing": (OVAL, ("profile_scale", "offset", "offset_angle", "profile_rise")),
+    "oval that is let go": (OVAL | {"profile_release": 2e-3}, ("profile_release",)),
+    "rigid that grows": (
+        ONE_BY_ONE | {"kind": "rigid", "amplitude": 1e-4},
+        ("amplitude", "growth", "rise")),
+    "run-up": ({"acceleration": 100.0}, ("acceleration", "speed_to")),
+    "run-up, smooth": (
+        {"acceleration": 100.0, "ramp": "smooth", "speed_to": 500.0},
+        ("acceleration", "speed_to")),
+    "run-down, decay": (
+        {"acceleration": -100.0, "ramp": "decay", "speed_to": 100.0},
+        ("acceleration", "speed_to")),
+    "closing gap": (
+        {"gap_closure": 5e-5, "gap_time": 2e-3}, ("gap_closure", "gap_time")),
+    "unbalance": (TURNS | {"unbalance": 1e-3}, ("unbalance", "unbalance_phase")),
+    "supports": (
+        ONE_BY_ONE | TURNS,
+        ("stiffness_difference", "damping_difference", "cross_coupling")),
+    "tilting disk": (
+        TURNS | {"shaft": "cantilever"},
+        ("shaft_length", "shaft_diameter", "shaft_young", "polar_inertia",
+         "tilt_inertia")),
+    "Stribeck's friction": (
+        {"friction_law": "stribeck"}, ("friction_at_rest", "friction_speed")),
+    "energy at the start": (
+        {"force": 0.0, "start_energy": 1.0}, ("start_energy", "start_draw")),
+    "shell": (
+        ONE_BY_ONE | {"discretization": "shell", "casing.harmonics": 8},
+        ("casing.width", "casing.thickness", "poisson")),
+}  # fmt: skip
+AWAY = (0.0, 5e-324, 1e-12, 1e12, 1e300, -1.0)  # times a feature's number, or itself
+
+
+def edges_of(feature: str) -> list[dict[str, Any]]:
+    """Return settings of a feature that is on, one number of it at an edge."""
+    on, numbers = FEATURES[feature]
+    plain = flatten(Scene()) | {full_name(n): v for n, v in on.items()}
+    return [
+        on | {name: away * (float(plain[full_name(name)]) or 1.0)}
+        for name in numbers
+        for away in AWAY
+    ]
+
+
+TABLE += [
+    Extreme(f"feature: {feature}", settings, any_law, quick=False)
+    for feature in FEATURES
+    for settings in edges_of(feature)
 ]

@@ -32,3 +32,12 @@ def test_an_input_at_the_edge_of_numbers(name):
 def test_a_random_scene_is_refused_or_lost_or_sound(seed):
     extreme = drawn.random_scene(seed)
     extreme.law(extreme.settings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("feature", table.FEATURES)
+def test_a_number_of_a_feature_that_is_on_at_its_edges(feature):
+    own = [e for e in table.TABLE if e.what == f"feature: {feature}"]
+    assert len(own) == len(table.edges_of(feature))
+    for extreme in own:
+        extreme.law(extreme.settings)
