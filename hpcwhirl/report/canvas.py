@@ -175,8 +175,25 @@ def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:
             # an engine's name may be in any script: missing letters are boxes in a PNG
             warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font")
             _tidy(figure)
+            if path.suffix == ".png":
+                _arrange(figure, dpi)
             figure.savefig(part, format=path.suffix[1:], dpi=dpi, **options)
     return path
+
+
+def _arrange(figure: Any, dpi: int) -> None:
+    """Give all parts of a figure their places, which they keep from now on.
+
+    `savefig` would draw the whole figure once more for that.
+    """
+    from matplotlib import rc_context
+
+    if engine := figure.get_layout_engine():
+        figure.set_dpi(dpi)
+        engine.execute(figure)
+        none = {"figure.autolayout": False, "figure.constrained_layout.use": False}
+        with rc_context(none):  # type: ignore[arg-type, unused-ignore]
+            figure.set_layout_engine(None)
 
 
 def _tidy(figure: Any) -> None:

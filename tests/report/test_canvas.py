@@ -88,3 +88,28 @@ def test_ticks_stand_at_round_numbers_of_the_unit_shown():
     for place, text in zip(ticks, texts, strict=True):
         assert place * 30 / math.pi == pytest.approx(float(text))
         assert float(text) % 250 == 0
+
+
+def test_a_picture_is_drawn_once_and_is_that_of_matplotlib(tmp_path, monkeypatch):
+    from matplotlib.figure import Figure
+
+    drawn, draw = [], Figure.draw
+
+    def counted(figure, renderer):
+        drawn.append(figure)
+        draw(figure, renderer)
+
+    def made():
+        figure, panels = canvas.new_figure((4, 3), 2, 1, sharex=True)
+        for panel in panels:
+            panel.plot([0.0, 1e-5], [0.0, 1e7], label="a curve")
+            panel.set(title="two\nlines", xlabel="time, s", ylabel="force, N")
+        canvas.legend_below(figure, *panels)
+        return figure
+
+    made().savefig(tmp_path / "own.png", dpi=130)
+    monkeypatch.setattr(Figure, "draw", counted)
+    canvas.save(made(), tmp_path / "ours.png")
+    assert len(drawn) == 1
+    own, ours = (tmp_path / f"{name}.png" for name in ("own", "ours"))
+    assert own.read_bytes() == ours.read_bytes()

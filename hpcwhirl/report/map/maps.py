@@ -172,7 +172,6 @@ def save_map(drawing: Drawing, out: Path) -> list[Path]:
     paths = [out / f"{stem}.{kind}" for kind in ("png", "svg")]
     for path in paths:
         save(drawing.figure, path, dpi=140, metadata=told)
-        drawing.figure.set_layout_engine("none")  # keep the present layout
     return paths
 
 
