@@ -203,11 +203,11 @@ def _wall(cost: Forecast, ranks: int) -> str:
     cost, ranks : forecast of the cases left; number of ranks
     """
     usual, span = cost.wall(ranks)
-    told = f"{_duration(usual)} ({_between(span)})" if cost.finished else _between(span)
+    wall = f"{_duration(usual)} ({_between(span)})" if cost.finished else _between(span)
     serial = sum(cost.before.values()) + sum(cost.after.values())
     overhead = f"{1e3 * cost.overhead:.2g} ms a case in addition to its steps"
     return (
-        f"wall time on {_on(ranks)}: {told}; "
+        f"wall time on {_on(ranks)}: {wall}; "
         f"of this, {_duration(serial)} for start, gather and map, {overhead}"
     )
 
