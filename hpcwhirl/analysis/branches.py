@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene.history import parsed
 from hpcwhirl.scene.input_names import full_name
+from hpcwhirl.scene.quantities import variable_name
 from hpcwhirl.scene.words import word_of
 from hpcwhirl.store.reading.results_file import Results
 
@@ -153,7 +154,22 @@ def folds_of(branch: Branch) -> list[Fold]:
     ]
 
 
-def words_apart(branches: Sequence[Branch]) -> tuple[int, int]:
+def changes_along(branches: Sequence[Branch]) -> dict[str, list[Any]]:
+    """Return the changes of word along branches as a table, {column: (changes,)}.
+
+    Columns are the inputs that have one value along a branch, by the names of their
+    variables in results, then `branch`, its name, and the other attributes of `Fold`.
+    """
+    folds = [fold for branch in branches for fold in folds_of(branch)]
+    table: dict[str, list[Any]] = {
+        variable_name(name): [fold.branch.others[name] for fold in folds]
+        for name in branches[0].others
+    }
+    table["branch"] = [fold.branch.name for fold in folds]
+    return table | {n: [getattr(f, n) for f in folds] for n in Fold._fields[1:]}
+
+
+def count_differences(branches: Sequence[Branch]) -> tuple[int, int]:
     """Return at how many points branches have different words, and how many they share.
 
     A point is one combination of all swept inputs, including the one that varies along

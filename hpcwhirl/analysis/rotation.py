@@ -18,23 +18,9 @@ from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.rotation_choice import choice_of
 from hpcwhirl.case.unbalance import facts_of_unbalance
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.families import (
-    Line,
-    first_family,
-    modal_table,
-    moving_families,
-    moving_ranks,
-    rotor_by_diameter,
-)
+from hpcwhirl.reduction import families, waves
 from hpcwhirl.reduction.modes import ModalModel, SpinBlock
 from hpcwhirl.reduction.supports import ROUND, valid_up_to
-from hpcwhirl.reduction.waves import (
-    largest_growth,
-    unbalance_speeds,
-    unstable_from,
-    wave_lines,
-    wave_roots,
-)
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.rules import STANDING, WHOLE
 
@@ -51,11 +37,11 @@ def critical_of(case: Case, orders: int) -> list[dict[str, Any]]:
 
     orders : highest order n of a super-harmonic of the casing, for 1F
     """
-    table = modal_table(case.model)
+    table = families.modal_table(case.model)
     if case.model.rotor.spin is None:
         return critical_of_families(table, orders)
-    rotor = rotor_by_diameter(case.model)
-    return critical_of_waves(rotor, first_family(table, "casing"), orders)
+    rotor = families.rotor_by_diameter(case.model)
+    return critical_of_waves(rotor, families.first_family(table, "casing"), orders)
 
 
 def lines_of(case: Case) -> list[dict[str, Any]]:
@@ -63,8 +49,8 @@ def lines_of(case: Case) -> list[dict[str, Any]]:
 
     Each is a dict of the attributes of `WaveLine`.
     """
-    rotor, blades = rotor_by_diameter(case.model), case.model.blades
-    return [asdict(line) for line in wave_lines(rotor, blades, case.given.speed)]
+    rotor, blades = families.rotor_by_diameter(case.model), case.model.blades
+    return [asdict(line) for line in waves.wave_lines(rotor, blades, case.given.speed)]
 
 
 def rotation_of_case(case: Case) -> dict[str, Any]:
@@ -85,14 +71,14 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
         `facts_of_unbalance`; None without unbalance
     """
     model, speed = case.model, case.given.speed
-    rotor, turns = rotor_by_diameter(model), model.rotor.spin is not None
+    rotor, turns = families.rotor_by_diameter(model), model.rotor.spin is not None
     running = apply_settings(case.given, {"gap": max(case.clearance, 0.0)})
     return {
         "kind": case.reduced.engine.rotation,
         "auto": _chosen(case.given),
-        "growth": largest_growth(rotor, model.blades, speed),
-        "unstable_from": unstable_from(rotor, model.blades) if turns else None,
-        "unbalance_speeds": unbalance_speeds(rotor),
+        "growth": waves.largest_growth(rotor, model.blades, speed),
+        "unstable_from": waves.unstable_from(rotor, model.blades) if turns else None,
+        "unbalance_speeds": waves.unbalance_speeds(rotor),
         "tip_growth": case.growth if turns else None,
         "clearance": case.clearance,
         "film": _film(model.rotor, speed),
@@ -173,9 +159,10 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
     InputError
         with full rotation and unequal sectors, whose waves have no single diameter
     """
-    model, speeds = rotor_by_diameter(case.model), np.abs(speeds)  # mirrored waves
+    model = families.rotor_by_diameter(case.model)
+    speeds = np.abs(speeds)  # mirrored waves
     if model.spin is None:
-        own = own_waves(modal_table(case.model), k)
+        own = own_waves(families.modal_table(case.model), k)
         return {name: (k * speeds + w, k * speeds - w) for name, w in own.items()}
     if not model.spin.waves:
         msg = "waves of one nodal diameter need equal blades where rotation is full"
@@ -183,11 +170,11 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
     if k >= len(model.spin.waves):
         return {}
     piece = model.spin.waves[k]
-    turned = np.array([wave_roots(model, piece, s).imag for s in speeds.tolist()])
+    turned = np.array([waves.wave_roots(model, piece, s).imag for s in speeds.tolist()])
     return _pairs(model, piece, k * speeds[:, None] - turned)
 
 
-def own_waves(table: list[Line], k: int) -> dict[str, float]:
+def own_waves(table: list[families.Line], k: int) -> dict[str, float]:
     """Return frequencies of a rotor without terms of rotation at nodal diameter k.
 
     Returns {family: omega, rad/s} of 1F and the families that move the shaft; a family
@@ -195,7 +182,7 @@ def own_waves(table: list[Line], k: int) -> dict[str, float]:
 
     table : modal table of the model, from `modal_table`
     """
-    found = moving_families(table)
+    found = families.moving_families(table)
     return {family: own[k] for family, own in found.items() if k in own}
 
 
@@ -214,7 +201,7 @@ def _pairs(model: ModalModel, piece: SpinBlock, values: Floats) -> Waves:
     count = len(piece.omega)
     return {
         name: (values[:, count - 1 - rank], values[:, count + rank])
-        for rank, name in moving_ranks(model, piece.k).items()
+        for rank, name in families.moving_ranks(model, piece.k).items()
     }
 
 
@@ -232,13 +219,13 @@ def growth_over(case: Case, speeds: Floats) -> tuple[Floats, Waves]:
     ((n,), (n,))}, growth rates of the forward and the backward wave of k = 1, {}
     without full rotation
     """
-    model, blades = rotor_by_diameter(case.model), case.model.blades
-    fastest = [largest_growth(model, blades, speed) for speed in speeds.tolist()]
+    model, blades = families.rotor_by_diameter(case.model), case.model.blades
+    fastest = [waves.largest_growth(model, blades, speed) for speed in speeds.tolist()]
     spin = model.spin
     if spin is None or len(spin.waves) < 2:
         return np.array(fastest), {}
     piece = spin.waves[1]
-    rates = np.array([wave_roots(model, piece, s).real for s in speeds.tolist()])
+    rates = np.array([waves.wave_roots(model, piece, s).real for s in speeds.tolist()])
     return np.array(fastest), _pairs(model, piece, rates)
 
 
@@ -252,17 +239,17 @@ def bands_over(case: Case, speeds: Floats) -> Waves:
     speeds : (n,), rad/s
     """
     model, same = case.model, np.ones(len(speeds))
-    rotor = rotor_by_diameter(model)
+    rotor = families.rotor_by_diameter(model)
     if rotor.spin is None:
         found: dict[str, list[float]] = {}
-        for line in modal_table(model):
+        for line in families.modal_table(model):
             if line.body == "rotor":
                 omega = 2 * np.pi * line.frequency_hz
                 found.setdefault(line.family, []).append(omega)
         return {name: (min(w) * same, max(w) * same) for name, w in found.items()}
     sizes: dict[str, list[list[float]]] = {}
     for place, speed in enumerate(speeds.tolist()):
-        lines = wave_lines(rotor, model.blades, speed)
+        lines = waves.wave_lines(rotor, model.blades, speed)
         for wave in (line for line in lines if line.nodal_diameter != 1):
             own = sizes.setdefault(wave.family, [[] for _ in speeds])
             own[place].append(abs(wave.rotating))

@@ -17,7 +17,7 @@ from hpcwhirl.scene.quantities import CHAOS
 from hpcwhirl.scene.words import DEFINED, MOTION_RULES, NO_REGIME, RULES, Rule
 
 Words = NDArray[np.str_]
-MEASURED = ("speed", *(name for name in CHAOS if name != "motion"))
+MOTION_NUMBERS = ("speed", *(name for name in CHAOS if name != "motion"))
 
 
 def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
@@ -114,7 +114,7 @@ def motion_of(row: Mapping[str, Any], limits: Mapping[str, float]) -> str:
 
     row, limits : {name of result: value in the case}; {name of threshold: number}
     """
-    numbers = {name: np.array([row.get(name, np.nan)]) for name in MEASURED}
+    numbers = {name: np.array([row.get(name, np.nan)]) for name in MOTION_NUMBERS}
     word = motions_by_table(np.array([row["regime"]]), numbers, limits)
     return str(word[0])
 

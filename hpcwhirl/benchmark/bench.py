@@ -243,7 +243,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
             (of[DEFAULT, engine, False], of[DEFAULT, engine, True])
             for engine in (name, plain)
         ]
-        (flight, contact), (own_flight, own_contact) = [apart(*p) for p in pairs]
+        (flight, contact), (own_flight, own_contact) = [step_times(*p) for p in pairs]
         found[name] = {
             "in_flight": flight / own_flight,
             "in_contact": contact / own_contact,
@@ -253,7 +253,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
     return found
 
 
-def apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
+def step_times(flight: Timing, mixed: Timing) -> tuple[float, float]:
     """Return the times of a step without, and of a step with contact, us each.
 
     They are computed from two timings of the same engine.

@@ -15,24 +15,15 @@ from typing import Any
 from hpcwhirl.benchmark.bench import (
     Asked,
     Timing,
-    apart,
     read_bandwidth,
     settled_all,
+    step_times,
     time_marches,
 )
-from hpcwhirl.dynamics.kernels import cyclic, passes
+from hpcwhirl.dynamics.kernels import cyclic, passes, wave_types
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
 from hpcwhirl.dynamics.kernels.transform import products, span_of
 from hpcwhirl.dynamics.kernels.vectors import FOUR
-from hpcwhirl.dynamics.kernels.wave_types import (
-    CyclicRotor,
-    GeneralRotor,
-    PointsRotor,
-    SectorRows,
-    UncoupledRotor,
-    WaveRotor,
-    WholeRotor,
-)
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
@@ -159,7 +150,7 @@ def _of_size(
     rows = []
     for march, motion, timing in zip(marches, motions, timings, strict=True):
         flight = flights[timing.engine, march.model.each]
-        spent = apart(flight, timing)[1] if timing.contact else 0.0
+        spent = step_times(flight, timing)[1] if timing.contact else 0.0
         counts = Counts(0.0, 0.0)
         if timing.scheme == DEFAULT:
             counts = counts_of(march, timing.contact * timing.touching)
@@ -249,17 +240,17 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
         msg = "the operations are counted for rings of harmonics and rigid casings only"
         raise InputError(msg)
     arrays, state = march.scheme.arrays, march.state
-    if isinstance(arrays.rotor, PointsRotor):
+    if isinstance(arrays.rotor, wave_types.PointsRotor):
         return _of_points(arrays.rotor, len(state.last), touching)
     blades, rotor = len(state.last), arrays.rotor
     k, wide = cyclic.widths(blades)
     read, rows = _rotor_rows(rotor)
     step = _turned(rotor, state) + 36 * len(state.ring) / passes.RING_STATE
-    skips = isinstance(rotor, CyclicRotor) and touching == 0.0
+    skips = isinstance(rotor, wave_types.CyclicRotor) and touching == 0.0
     split = 0.0 if skips else products(blades, span_of(blades))
     step += 2 * FOUR * split + 4 * wide + 2 * read
     row = rows / blades + 2 * k + 2 * wide
-    waves = isinstance(rotor, WholeRotor | UncoupledRotor)
+    waves = isinstance(rotor, wave_types.WholeRotor | wave_types.UncoupledRotor)
     passed = [state.rotor, state.ring, *([rotor.ahead] if waves else [])]
     size = sum(array.nbytes for array in passed) + 8 * (FOUR * split + read)
     size += ITEMS_OF_RING / passes.ITEMS * arrays.casing.items.nbytes
@@ -268,7 +259,7 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
     return Counts(step + 2 * row * touching, size + 8 * row * touching)
 
 
-def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
+def _of_points(rotor: wave_types.PointsRotor, points: int, touching: float) -> Counts:
     """Count operations and bytes of a mean step with several contact points a tip.
 
     rotor, points : arrays of a rotor that is integrated as waves; number of points, N
@@ -281,7 +272,7 @@ def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
     """
     rows, folded = rotor.rows, 2.0 * cyclic.widths(points)[1]
     step, size = 4 * len(rotor.ahead) + 3 * folded, 2 * len(rotor.ahead) + 5 * folded
-    if isinstance(rows, SectorRows):
+    if isinstance(rows, wave_types.SectorRows):
         own = min(rows.each, touching)
         turned = 6 * len(rows.turns) / (points // rows.each) * touching
         all_waves = (touching > 0.0) * (len(rows.move) + len(rows.give))
@@ -298,9 +289,9 @@ def _turned(rotor: Any, state: CyclicState) -> float:
 
     rotor, state : arrays that the kernel uses for the rotor; state of the integration
     """
-    if isinstance(rotor, WaveRotor):
+    if isinstance(rotor, wave_types.WaveRotor):
         return 6 * int(rotor.hub.shape[1])
-    if isinstance(rotor, WholeRotor | UncoupledRotor):
+    if isinstance(rotor, wave_types.WholeRotor | wave_types.UncoupledRotor):
         return 4 * len(rotor.ahead)
     return 11 * len(state.rotor) / passes.ROTOR_STATE
 
@@ -314,10 +305,10 @@ def _rotor_rows(rotor: Any) -> tuple[float, int]:
 
     rotor : arrays that the kernel uses for the rotor
     """
-    if isinstance(rotor, WholeRotor | UncoupledRotor):
+    if isinstance(rotor, wave_types.WholeRotor | wave_types.UncoupledRotor):
         rows = rotor.read, rotor.push, rotor.slides, rotor.ring
         return 0.0, sum(map(len, rows))
-    if isinstance(rotor, GeneralRotor):
+    if isinstance(rotor, wave_types.GeneralRotor):
         return len(rotor.read), len(rotor.radial) + len(rotor.tangential)
     return 0.0, 0
 

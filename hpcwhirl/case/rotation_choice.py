@@ -27,15 +27,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.reduction import waves
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.modes import ModalModel, has_centre
-from hpcwhirl.reduction.waves import (
-    WaveLine,
-    quadratic_roots,
-    turning_matrices,
-    wave_lines,
-)
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.rules import STANDING, WHOLE
 
@@ -201,7 +196,7 @@ def _by_diameter(
     """
     seen = _seen(rest, blades)
     bodies = rest, turning
-    before, after = (_grouped(wave_lines(body, blades, speed)) for body in bodies)
+    before, after = (_grouped(waves.wave_lines(body, blades, speed)) for body in bodies)
     for k in range(blades // 2 + 1):
         ranks = rest.rank[seen & (rest.diameter == k)]
         for rank in range(int(ranks.max(initial=-1)) + 1):
@@ -211,14 +206,14 @@ def _by_diameter(
                 yield f"{line.family} of k = {k}", _turning(line), _turning(other)
 
 
-def _grouped(lines: list[WaveLine]) -> dict[int, list[WaveLine]]:
-    out: dict[int, list[WaveLine]] = {}
+def _grouped(lines: list[waves.WaveLine]) -> dict[int, list[waves.WaveLine]]:
+    out: dict[int, list[waves.WaveLine]] = {}
     for line in lines:
         out.setdefault(line.nodal_diameter, []).append(line)
     return out
 
 
-def _middle(lines: list[WaveLine], rank: int, k: int) -> list[WaveLine]:
+def _middle(lines: list[waves.WaveLine], rank: int, k: int) -> list[waves.WaveLine]:
     """Return the waves of one rank: for k > 0 a backward and a forward one, else one.
 
     lines : waves of nodal diameter k, sorted by frequency, the backward ones first
@@ -228,7 +223,7 @@ def _middle(lines: list[WaveLine], rank: int, k: int) -> list[WaveLine]:
     return [lines[rank]] if k == 0 else [lines[half - 1 - rank], lines[half + rank]]
 
 
-def _turning(line: WaveLine) -> complex:
+def _turning(line: waves.WaveLine) -> complex:
     return complex(line.growth, line.rotating)
 
 
@@ -243,12 +238,12 @@ def _of_whole(
     rest, turning : modes of the rotor without and with these terms; speed : Omega
     """
     count = int(np.flatnonzero(_seen(rest, blades)).max()) + 1
-    gyro, damping, stiffness, push = turning_matrices(turning, speed, blades)
+    gyro, damping, stiffness, push = waves.turning_matrices(turning, speed, blades)
     shapes = turning.shapes
     rates, whole = (
         shapes.T @ matrix @ shapes for matrix in (gyro + damping, stiffness + push)
     )
-    roots = quadratic_roots(rates, whole)
+    roots = waves.quadratic_roots(rates, whole)
     roots = np.sort_complex(-1j * roots[roots.imag > 0.0])
     ratios, omega = rest.ratios[:count], rest.omega[:count]
     swing = np.sqrt(np.maximum(1.0 - ratios**2, 0.0))

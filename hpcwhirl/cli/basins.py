@@ -76,20 +76,16 @@ def columns_of(found: xarray.Dataset) -> dict[str, Any]:
 
     found : result of the analysis `basins`
     """
-    import numpy as np
+    from hpcwhirl.analysis.shares import swept_in
 
     by = "regime" if "regime" in found.dims else "attractor"
-    count = found["count"].to_numpy()
-    seen = (
-        count > 0 if by == "attractor" else np.broadcast_to(count.any(0), count.shape)
-    )
-    point, kind = np.nonzero(seen)
-    swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
+    table = found.drop_dims("case").to_dataframe(dim_order=["point", by]).reset_index()
+    occurs = table["count"] > 0
+    if by == "regime":
+        occurs = occurs.groupby(table[by]).transform("any")
     rest = [str(n) for n, v in found.data_vars.items() if v.dims == ("point",)]
-    columns = {n: found[n].to_numpy()[point] for n in swept if n != "point"}
-    columns[by] = found[by].to_numpy()[kind]
-    columns |= {n: found[n].to_numpy()[seen] for n in NUMBERS if n in found}
-    return columns | {n: found[n].to_numpy()[point] for n in rest}
+    names = [*swept_in(found), by, *(n for n in NUMBERS if n in found), *rest]
+    return {name: table.loc[occurs, name].to_numpy() for name in names}
 
 
 def summary(found: xarray.Dataset) -> str:
@@ -107,5 +103,5 @@ def summary(found: xarray.Dataset) -> str:
     points = found.sizes["point"]
     share, low, high = interval(several, points)
     by = "regimes" if "regime" in found.dims else "attractors"
-    told = f"starts: {found.attrs['starts'].replace(' ', ', ')}; points with several "
-    return f"{told}{by}: {several} of {points}, {share:.2f} [{low:.2f}, {high:.2f}]"
+    text = f"starts: {found.attrs['starts'].replace(' ', ', ')}; points with several "
+    return f"{text}{by}: {several} of {points}, {share:.2f} [{low:.2f}, {high:.2f}]"

@@ -11,13 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.stop import Stopping
+from hpcwhirl.cli import options
 from hpcwhirl.cli.campaign_options import arguments, prepared_of
 from hpcwhirl.cli.command import tell_error, tell_failure
-from hpcwhirl.cli.options import (
-    UNTOUCHED,
-    print_json,
-    tell_remarks,
-)
 from hpcwhirl.errors import (
     COMPLETE,
     FAILED,
@@ -145,7 +141,7 @@ def _tell_inputs(design: Design) -> None:
 
     This comes after all checks, so that an error is the only line printed.
     """
-    tell_remarks(design.columns, load=True)
+    options.tell_remarks(design.columns, load=True)
 
 
 def _conclude(
@@ -191,7 +187,7 @@ def _conclude_whole(args: argparse.Namespace, ending: Any, prepared: Prepared) -
     if ending.failed:
         say(_failures(ending))
     if not has_contact(ending.results):
-        say(UNTOUCHED)
+        say(options.UNTOUCHED)
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
     facts["failed"] = ending.failed
     rules, directory = prepared.design.rules, prepared.directory
@@ -200,7 +196,7 @@ def _conclude_whole(args: argparse.Namespace, ending: Any, prepared: Prepared) -
     pages = _pages(ending, directory, rules)
     facts["report"] = str(pages[0]) if pages else None
     if args.json:
-        print_json(facts)
+        options.print_json(facts)
     else:
         for path in (ending.results, *maps, *pages):
             print(path)
@@ -254,10 +250,10 @@ def _maps(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
         return []
     if not ending.gathered:
         say("drawing map.png and map.svg, which are missing or of earlier results")
-    from hpcwhirl.report.render_process import draw_apart
+    from hpcwhirl.report.render_process import draw_in_process
 
     try:
-        return draw_apart(ending.results, out)
+        return draw_in_process(ending.results, out)
     except InputError as refused:
         say(f"no map: {refused}: {how} ...")
         return []
@@ -317,7 +313,7 @@ def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
         say(_failures(ending))
     facts = {"shard": args.shard, "cases": ending.cases, "left": ending.left}
     if args.json:
-        print_json(facts | {"failed": ending.failed, "results": None})
+        options.print_json(facts | {"failed": ending.failed, "results": None})
     else:
         print(
             f"shard {args.shard} is complete; {ending.left} of {ending.cases} cases "

@@ -21,6 +21,7 @@ from hpcwhirl.cli.tables import (
 )
 from hpcwhirl.errors import InputError, say
 from hpcwhirl.scene.units import with_unit
+from hpcwhirl.store.reading.select import swept_of, where
 
 if TYPE_CHECKING:
     import xarray
@@ -94,7 +95,6 @@ def _shortened(columns: Columns, source: Source, data: xarray.Dataset) -> Column
     source, data : results of all cases, as columns by name and as a dataset
     """
     from hpcwhirl.report.map.axes import short_names
-    from hpcwhirl.store.reading.select import swept_of
 
     short = {}
     for name in set(columns) & set(swept_of(data)):
@@ -143,7 +143,6 @@ def _chosen(
     data, source : results of all cases, as a dataset and as columns by name
     """
     from hpcwhirl.analysis.columns import matching
-    from hpcwhirl.store.reading.select import swept_of, where
 
     mask = np.ones(source.cases, dtype=bool)
     at = where(args.at, {n: data[n].to_numpy() for n in swept_of(data)})
@@ -170,7 +169,6 @@ def _columns(
 ) -> Columns:
     from hpcwhirl.analysis.columns import WORD
     from hpcwhirl.scene.quantities import OVER_SPEED
-    from hpcwhirl.store.reading.select import swept_of
 
     swept = swept_of(data) or ["speed"]
     if args.columns:

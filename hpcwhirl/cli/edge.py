@@ -11,18 +11,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
+from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cli.options import (
-    add_scene,
-    add_units,
-    asked_units,
-    check_picture,
-    print_json,
-    scene_of,
-    seldom,
-    tell_preset,
-)
 from hpcwhirl.errors import InputError
+from hpcwhirl.scene.units import showing, shown_in, with_unit
+from hpcwhirl.store.reading import select
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.edge import Edge
@@ -63,7 +58,7 @@ class Asked(NamedTuple):
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of `hpcwhirl edge` on its parser."""
     # fmt: off
-    add_scene(parser)
+    options.add_scene(parser)
     for side, word in (("low", "weaker"), ("high", "stronger")):
         add_option(parser, f"--{side} FORCE",
             f"force of the {word} pulse, N or with a unit; instead of SCENE and "
@@ -85,7 +80,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
             f"{helps[name]} (default {value:g})", default=value, type=float)
     add_option(parser, "--plot FILE.png",
         "draw radius and orbit of the edge", type=Path)
-    add_units(parser, "numbers")
+    options.add_units(parser, "numbers")
     add_option(parser, "--quiet", "show no progress")
 
 
@@ -94,16 +89,14 @@ def run(args: argparse.Namespace) -> int:
 
     Prints the numbers of the motion; returns the exit code
     """
-    from hpcwhirl.scene.units import showing
-
-    check_picture(args.plot)
+    options.check_picture(args.plot)
     asked = _asked(args)
-    with showing(asked_units(args.units)):
+    with showing(options.asked_units(args.units)):
         if len(asked) > 1:
             return _print_lines(args, asked)
-        tell_preset(asked[0].scene)
+        options.tell_preset(asked[0].scene)
         found, facts = _followed(args, asked[0])
-        print_json(facts) if args.json else _show(facts)
+        options.print_json(facts) if args.json else _show(facts)
         if args.plot:
             _plot(args.plot, asked[0].scene, found)
     return 0
@@ -122,7 +115,7 @@ def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, A
         if not args.quiet:
             print(f"edge: {text}", file=sys.stderr)
 
-    found = edge(asked.scene, asked.low, asked.high, how, seldom(tell))
+    found = edge(asked.scene, asked.low, asked.high, how, options.seldom(tell))
     ends = {"low": asked.low, "high": asked.high}
     words = {"word_low": found.low.word, "word_high": found.high.word}
     return found, ends | words | found.numbers
@@ -134,9 +127,8 @@ def _asked(args: argparse.Namespace) -> list[Asked]:
     A line is a group of cases that differ in force only.
     """
     from hpcwhirl.store.reading.results_file import results_of
-    from hpcwhirl.store.reading.select import number_of
 
-    given = {side: number_of(text, "force", f"--{side}")
+    given = {side: select.number_of(text, "force", f"--{side}")
              for side in ("low", "high") if (text := getattr(args, side))}  # fmt: skip
     if Path(args.scene).is_dir():
         if args.settings or given:
@@ -146,7 +138,7 @@ def _asked(args: argparse.Namespace) -> list[Asked]:
     if args.at:
         msg = "--at selects cases of a campaign: use --set for a scene"
         raise InputError(msg)
-    scene = scene_of(args.scene, args.settings)
+    scene = options.scene_of(args.scene, args.settings)
     if len(given) < 2:
         raise InputError(
             "an edge needs two pulses that lead to different words: give --low and "
@@ -164,16 +156,13 @@ def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
 
     place, at : path of results.h5; texts ``NAME=V`` of --at, which select cases
     """
-    import numpy as np
-
     from hpcwhirl.analysis.margins import first_changes
     from hpcwhirl.store.reading.reader import open_results
     from hpcwhirl.store.reading.results_file import Results
-    from hpcwhirl.store.reading.select import swept_of, where
 
     with open_results(place) as data, Results(place) as results:
-        swept = {n: data[n].to_numpy() for n in swept_of(data)}
-        mask = where(at, swept)
+        swept = {n: data[n].to_numpy() for n in select.swept_of(data)}
+        mask = select.where(at, swept)
         cases = np.arange(data.sizes["case"]) if mask is None else np.flatnonzero(mask)
         found = first_changes(data.isel(case=cases), "force")
         out = []
@@ -205,8 +194,6 @@ def _print_lines(args: argparse.Namespace, asked: list[Asked]) -> int:
 
     asked : the edges to follow
     """
-    import numpy as np
-
     from hpcwhirl.analysis.edge_tracking import LostEdgeError
     from hpcwhirl.cli.tables import print_table
 
@@ -218,10 +205,10 @@ def _print_lines(args: argparse.Namespace, asked: list[Asked]) -> int:
         try:
             rows.append(one.fixed | _followed(args, one)[1] | {"message": ""})
         except (InputError, LostEdgeError) as lost:
-            told = {"low": one.low, "high": one.high, "message": str(lost)}
-            rows.append(one.fixed | told)
+            ends = {"low": one.low, "high": one.high, "message": str(lost)}
+            rows.append(one.fixed | ends)
     if args.json:
-        print_json({"edges": rows})
+        options.print_json({"edges": rows})
         return 0
     known = {n: in_shown(n) for n in (*one.fixed, *COLUMNS)}
     columns = {
@@ -243,26 +230,22 @@ def in_shown(name: str) -> tuple[str, float]:
 
     name : name of the number, such as "orbit_radius", or of an input
     """
-    from hpcwhirl.scene.units import shown_in
-    from hpcwhirl.store.reading.select import UNITS as INPUTS
-
     given = {"low": "N", "high": "N"}
     known = UNITS | given
-    unit, factor = shown_in(known.get(name, INPUTS.get(name, "1")))
+    unit, factor = shown_in(known.get(name, select.UNITS.get(name, "1")))
     return ("" if unit == "1" else unit), factor
 
 
 def _show(facts: dict[str, Any]) -> None:
     from hpcwhirl.cli.margin import setting_text
-    from hpcwhirl.scene.units import with_unit
 
     low, high = (setting_text("force", facts.pop(side)) for side in ("low", "high"))
     words = facts.pop("word_low"), facts.pop("word_high")
     print(f"edge between {low} ({words[0]}) and {high} ({words[1]})")
     for name, value in facts.items():
         unit, factor = in_shown(name)
-        told = with_unit(f"{factor * value:.6g}", unit, " ")
-        print(f"  {name.replace('_', ' '):16} {told}")
+        number = with_unit(f"{factor * value:.6g}", unit, " ")
+        print(f"  {name.replace('_', ' '):16} {number}")
 
 
 def _plot(path: Path, scene: Scene, found: Edge) -> None:

@@ -201,9 +201,9 @@ def _wall(cost: Forecast, ranks: int) -> str:
     cost, ranks : forecast of the cases left; number of ranks
     """
     usual, span = cost.wall(ranks)
-    told = f"{_duration(usual)} ({_between(span)})" if cost.finished else _between(span)
+    wall = f"{_duration(usual)} ({_between(span)})" if cost.finished else _between(span)
     serial = sum(cost.before.values()) + sum(cost.after.values())
-    text = f"wall time on {number_told(ranks, 'rank')}: {told}; "
+    text = f"wall time on {number_told(ranks, 'rank')}: {wall}; "
     text += f"of this, {_duration(serial)} for start, gather and map"
     if not cost.left:
         return text

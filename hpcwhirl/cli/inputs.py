@@ -9,14 +9,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.options import add_json, print_json
-from hpcwhirl.scene import (
-    engine_inputs,
-    engine_names,
-    engine_shows,
-    preset_inputs,
-    preset_loss,
-    preset_names,
-)
+from hpcwhirl.scene import named
 from hpcwhirl.scene.catalogue import catalogue, design_tables, find_inputs
 from hpcwhirl.scene.documents import DESIGN_TABLES
 from hpcwhirl.scene.quantities import INPUTS
@@ -44,15 +37,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the inputs, presets or engines that the command's argument names."""
-    if args.name == PRESET or args.name in preset_names():
-        names = preset_names() if args.name == PRESET else [args.name]
-        rows = [{"name": n, "inputs": preset_inputs(n), "loses": preset_loss(n)}
-                for n in names]  # fmt: skip
+    if args.name == PRESET or args.name in named.preset_names():
+        names = named.preset_names() if args.name == PRESET else [args.name]
+        rows = [
+            {"name": n, "inputs": named.preset_inputs(n), "loses": named.preset_loss(n)}
+            for n in names
+        ]
         lines = "--preset {name}\n  sets:  {inputs}\n  loses: {loses}"
         _tell_named("presets", rows, lines, as_json=args.json)
     elif args.name == ENGINES:
-        rows = [{"name": n, "inputs": engine_inputs(n), "shows": engine_shows(n)}
-                for n in engine_names()]  # fmt: skip
+        names = named.engine_names()
+        rows = [{"name": n, "inputs": named.engine_inputs(n),
+                 "shows": named.engine_shows(n)} for n in names]  # fmt: skip
         lines = "hpcwhirl run {name}\n  shows: {shows}\n  is:    {inputs}"
         _tell_named("engines", rows, lines, as_json=args.json)
     else:
@@ -70,7 +66,7 @@ def _facts(name: str | None) -> list[InputFact]:
     designs = design_tables()
     if name.strip("[]") in designs and name not in INPUTS:
         return designs[name.strip("[]")]
-    return find_inputs(name, (PRESET, *preset_names(), ENGINES, *designs))
+    return find_inputs(name, (PRESET, *named.preset_names(), ENGINES, *designs))
 
 
 def _tell_inputs(facts: Sequence[InputFact], *, as_json: bool) -> None:

@@ -6,10 +6,10 @@ import argparse
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cluster.request import PRINTED, Request, job_script
+from hpcwhirl.cluster.request import PRINTED, Request, job_script, option_of
 from hpcwhirl.cluster.schedulers import SCHEDULERS
 from hpcwhirl.errors import InputError, MissingFileError, say
 from hpcwhirl.safe_open import read_regular
@@ -17,53 +17,24 @@ from hpcwhirl.safe_open import read_regular
 if TYPE_CHECKING:
     from hpcwhirl.campaign.plan.design import Design
 
+FIELDS = Request.__dataclass_fields__  # {name of an option: its field}
 IN_FILE = {"out": "out", "time": "walltime"}  # option: key of [campaign], its default
 PLACES = ("file", "out", "venv", "script")  # where ~ is the home directory
-# fmt: off
-OPTIONS = {  # {usage: help} of options with the name and default of a `Request` field
-    "out DIR":
-        "directory of the campaign (default: out in the file's [campaign], else "
-        "campaign)",
-    "time [D-]HH:MM:SS":
-        "time limit of the job (default: walltime in the file's [campaign], else 4 h)",
-    "name NAME": "name of the job (default hpcwhirl)",
-    "partition NAME": "partition or queue",
-    "account NAME": "account, project or bank",
-    "mem SIZE": "memory of each node, e.g. 4G (Slurm)",
-    "qos NAME": "quality of service (Slurm)",
-    "shard I/N": "compute only the I-th of N shares of the campaign",
-    "launcher NAME":
-        "program that starts the ranks: mpirun, mpiexec, srun (Slurm) or flux (Flux)",
-    "mpi NAME": "value of srun --mpi, e.g. pmix or pmi2",
-    "pe NAME": "parallel environment of Grid Engine (default mpi)",
-    "venv DIR": "virtual environment to activate",
-    "script PATH": "write the script to PATH instead of printing it",
-    "ntasks N": "number of ranks of the job, or of each array element (default 32)",
-    "nodes N": "number of nodes to spread the ranks over (default: scheduler's choice)",
-    "array N": "make an array job of N elements, each of which computes a shard",
-    "requeues N": "requeue the job up to N times while cases remain (default 20)",
-    "warning N": "stop the campaign N seconds before the time limit (default 120)",
-}
-# fmt: on
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of `hpcwhirl job` on its parser."""
-    # fmt: off
     parser.add_argument(
         "scheduler", metavar="SCHEDULER", help=f"one of {', '.join(SCHEDULERS)}"
     )
     parser.add_argument("file", metavar="FILE.toml", help="campaign file")
-    fields = Request.__dataclass_fields__
-    for usage, meaning in OPTIONS.items():
-        name = usage.partition(" ")[0]
-        default = None if name in IN_FILE else fields[name].default
-        add_option(parser, f"--{usage}", meaning, default=default)
-    add_option(parser, "--module NAME",
-        "environment module to load; may be repeated", default=[], dest="modules")
-    add_option(parser, "--constraint FEATURES",
-        "features that nodes must have, e.g. 'milan|genoa' (Slurm); if repeated, all "
-        "of them", default=[])
+    for name, field in FIELDS.items():
+        if field.metadata:
+            shape, meaning = field.metadata.values()
+            usual: Any = [] if field.default == () else field.default
+            default = None if name in IN_FILE else usual
+            usage = f"{option_of(name)} {shape}"
+            add_option(parser, usage, meaning, default=default, dest=name)
     parser.add_argument("--set", "--preset", dest="inputs", help=argparse.SUPPRESS)
 
 
@@ -78,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     if args.inputs:
         msg = "job has no --set and --preset: write inputs in the file's [scene], "
         raise InputError(msg + "a preset in its [solver]")
-    values = {name: getattr(args, name) for name in Request.__dataclass_fields__}
+    values = {name: getattr(args, name) for name in FIELDS}
     for name in PLACES:
         values[name] = values[name] and os.path.expanduser(values[name])  # noqa: PTH111
     # the job itself would fail for a wrong file only after waiting in the queue
@@ -88,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     rules = design.rules
     for name, key in IN_FILE.items():
         if values[name] is None:
-            default = Request.__dataclass_fields__[name].default
+            default = FIELDS[name].default
             in_file = key in rules.model_fields_set
             values[name] = getattr(rules, key) if in_file else default
     values |= {name: tuple(getattr(args, name)) for name in ("modules", "constraint")}

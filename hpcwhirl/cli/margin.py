@@ -14,7 +14,7 @@ from hpcwhirl.cli.options import OR_FILE, asked_units, check_picture
 from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table, unit_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene.units import showing, shown_in, with_unit
-from hpcwhirl.store.reading.select import UNITS
+from hpcwhirl.store.reading import select
 
 if TYPE_CHECKING:
     import xarray
@@ -58,14 +58,13 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reading.reader import open_results
     from hpcwhirl.store.reading.results_file import results_of
-    from hpcwhirl.store.reading.select import swept_of, variable_of
 
     _check(args)
     place = results_of(args.folder)
     with reading(place), open_results(place) as results:
         if args.over == "each":
             return each_input(args, results)
-        over = variable_of(args.over, swept_of(results))
+        over = select.variable_of(args.over, select.swept_of(results))
         point, data = _chosen(results, over, args.at)
         if args.first:
             if point is not None and not point > 0.0:
@@ -119,18 +118,17 @@ def _chosen(
     over : name of the input whose ranges are listed
     settings : texts ``NAME=V`` of --at
     """
-    from hpcwhirl.store.reading.select import chosen, number_of, swept_of, variable_of
-
-    swept, point, others = swept_of(data), None, []
+    swept, point, others = select.swept_of(data), None, []
     for text in settings:
         name, sign, raw = text.partition("=")
-        if sign and variable_of(name.strip(), swept, "input of --at") == over:
+        what = "input of --at"
+        if sign and select.variable_of(name.strip(), swept, what) == over:
             if point is not None:
                 raise InputError(f"--at {over} is given twice")
-            point = number_of(raw, over, "--at")
+            point = select.number_of(raw, over, "--at")
         else:
             others.append(text)
-    return point, chosen(data, others)
+    return point, select.chosen(data, others)
 
 
 def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
@@ -161,19 +159,20 @@ def _nearest(
     inside = [r for r in found if r.distance(point) >= 0.0]
     lines = len({tuple(r.fixed.values()) for r in found})
     with showing(asked):
-        told = setting_text(over, point)
+        at_point = setting_text(over, point)
         if not inside:
-            return f"{told}: in no safe range on any of {lines} lines"
+            return f"{at_point}: in no safe range on any of {lines} lines"
         least = min(inside, key=lambda r: r.distance(point))
         where = _line(least.fixed)
         far = setting_text(over, least.distance(point)).partition(" = ")[2]
     count = len({tuple(r.fixed.values()) for r in inside})
     if not np.isfinite(least.distance(point)):
-        return f"{told}: in a safe range on {count} of {lines} lines, no boundary met"
+        many = f"{at_point}: in a safe range on {count} of {lines} lines"
+        return f"{many}, no boundary met"
     at = f" at {where}" if where else ""
     return (
-        f"{told}: in a safe range on {count} of {lines} lines; the nearest boundary "
-        f"is {far} or more away{at}"
+        f"{at_point}: in a safe range on {count} of {lines} lines; the nearest "
+        f"boundary is {far} or more away{at}"
     )
 
 
@@ -195,12 +194,12 @@ def first_change(
 
     found = first_changes(data, over, args.sure)
     columns = _first_columns(found, point)
-    own = ("safe", "unsafe")
-    units = {n: unit_of(data, over if n in own else n) for n in columns}
-    shown, told = in_units(args, columns, units)
-    if not print_data(args, shown, told, "first", over=over, at=point):
+    ends = ("safe", "unsafe")
+    units = {n: unit_of(data, over if n in ends else n) for n in columns}
+    columns, units = in_units(args, columns, units)
+    if not print_data(args, columns, units, "first", over=over, at=point):
         print(f"damped from the least {over} up to safe; unsafe: the next value tried")
-        print_table(shown, told, len(found))
+        print_table(columns, units, len(found))
         if point is not None:
             with showing(asked_units(args.units)):
                 print("\n".join(_sentences(found, over, point)))
@@ -236,13 +235,15 @@ def _sentences(found: list[FirstChange], over: str, point: float) -> list[str]:
     found : up to which value of the input cases are damped, on each line
     over, point : name of the input; the value that limits are compared with
     """
-    told = setting_text(over, point)
+    at_point = setting_text(over, point)
     if len(found) <= TOLD:
-        return [f"{_place(f)}safe {f.times(point)} times {told}{_then(f)}"
+        return [f"{_place(f)}safe {f.times(point)} times {at_point}{_then(f)}"
                 for f in found]  # fmt: skip
     least = min(found, key=lambda f: np.nan_to_num(f.safe))
     open_ = sum(not f.word for f in found)
-    text = f"{told}: the lowest of {len(found)} limits is {least.times(point)} times"
+    text = (
+        f"{at_point}: the lowest of {len(found)} limits is {least.times(point)} times"
+    )
     return [f"{text} this ({_place(least).rstrip(': ')}); no change was met on {open_}"]
 
 
@@ -277,8 +278,8 @@ def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
         return 0
     with showing(asked_units(args.units)):
         for n in ("at", "distance", *ENDS):
-            told = map(_cell, columns["input"].tolist(), columns[n].tolist())
-            columns[n] = np.array([*told])
+            cells = map(_cell, columns["input"].tolist(), columns[n].tolist())
+            columns[n] = np.array([*cells])
     print("safe range around the point along each input, with the other inputs at the "
           "point or at the nearest computed values")  # fmt: skip
     print_table(columns, units, len(found))
@@ -291,18 +292,17 @@ def _point(settings: list[str]) -> dict[str, float]:
     settings : texts ``NAME=V`` of --at
     """
     from hpcwhirl.scene import input_names
-    from hpcwhirl.store.reading.select import number_of, variable_of
 
     out: dict[str, float] = {}
     for text in settings:
         name, sign, raw = text.partition("=")
         if not sign:
             raise InputError(f"--at must be NAME=VALUE, got '{text}'")
-        known = {*UNITS, *input_names()}
-        variable = variable_of(name.strip(), known, "input of --at")
+        known = {*select.UNITS, *input_names()}
+        variable = select.variable_of(name.strip(), known, "input of --at")
         if variable in out:
             raise InputError(f"--at {variable} is given twice")
-        out[variable] = number_of(raw, variable, "--at")
+        out[variable] = select.number_of(raw, variable, "--at")
     return out
 
 
@@ -312,7 +312,7 @@ def _each_columns(found: list[Along]) -> dict[str, Any]:
     found : safe range along each input around a point
     """
     out: dict[str, Any] = {"input": [a.name for a in found]}
-    out["unit"] = [UNITS.get(a.name, "1") for a in found]
+    out["unit"] = [select.UNITS.get(a.name, "1") for a in found]
     out["at"] = [a.value for a in found]
     out |= {n: [getattr(a.found, n) for a in found] for n in (*ENDS, *WORDS)}
     out["distance"] = [a.found.distance(a.value) for a in found]
@@ -330,8 +330,8 @@ def _line(fixed: Mapping[str, Any]) -> str:
 
 def _cell(variable: str, value: float) -> str:
     """Return an input's value as text, in the unit that the user chose; "" for NaN."""
-    told = setting_text(variable, value).partition(" = ")[2]
-    return "" if np.isnan(value) else told
+    text = setting_text(variable, value).partition(" = ")[2]
+    return "" if np.isnan(value) else text
 
 
 def setting_text(variable: str, value: Any) -> str:
@@ -341,5 +341,5 @@ def setting_text(variable: str, value: Any) -> str:
     """
     if not isinstance(value, float):
         return f"{variable} = {value}"
-    unit, factor = shown_in(UNITS.get(variable, "1"))
+    unit, factor = shown_in(select.UNITS.get(variable, "1"))
     return with_unit(f"{variable} = {factor * value:g}", unit, " ")

@@ -16,15 +16,8 @@ from hpcwhirl.analysis.rotation import (
 )
 from hpcwhirl.case.explain import facts_of_file, facts_of_plan
 from hpcwhirl.case.resolve import Case, resolve
+from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cli.options import (
-    add_explain,
-    add_scene,
-    print_json,
-    print_notes,
-    scene_of,
-    tell_remarks,
-)
 from hpcwhirl.errors import SHOWN, InputError, one_line, shown
 from hpcwhirl.reduction.families import UNKNOWN, modal_table
 from hpcwhirl.scene import Scene, title_of
@@ -39,8 +32,8 @@ SHOWN_SPEED = 600.0  # rad/s, highest critical speed printed, except for the pul
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of `hpcwhirl model` on its parser."""
     # fmt: off
-    add_scene(parser)
-    add_explain(parser)
+    options.add_scene(parser)
+    options.add_explain(parser)
     add_option(parser, "--orders N",
         "number of super-harmonics of the critical speed of 1F, Eq. 13 (default 12)",
         default=12)
@@ -77,16 +70,16 @@ def run(args: argparse.Namespace) -> int:
     if not 1 <= args.orders <= MOST_ORDERS:
         msg = f"--orders must be >= 1 and <= {MOST_ORDERS}, got {shown(args.orders)}"
         raise InputError(msg)
-    scene = scene_of(args.scene, args.settings)
+    scene = options.scene_of(args.scene, args.settings)
     case = resolve(scene)
     facts = facts_of(case, args.orders)
     if args.explain:
         facts["rotations"] = side_by_side(case, 1)
-    tell_remarks(scene)
+    options.tell_remarks(scene)
     if args.json:
-        print_json(facts)
+        options.print_json(facts)
     elif args.explain:
-        print_notes(facts["plan"]["left_out"])
+        options.print_notes(facts["plan"]["left_out"])
         _show_rotations(facts["rotations"], scene)
         if facts["rotation"]["auto"] is not None:
             print(facts["rotation"]["auto"]["told"])

@@ -11,19 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cli.options import (
-    UNTOUCHED,
-    add_explain,
-    add_scene,
-    check_writable,
-    print_json,
-    print_notes,
-    scene_of,
-    seldom,
-    tell_preset,
-    tell_remarks,
-)
 from hpcwhirl.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,12 +34,12 @@ BALANCE = {
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of `hpcwhirl run` on its parser."""
     # fmt: off
-    add_scene(parser)
+    options.add_scene(parser)
     add_option(parser, "--out FILE.h5",
         "write the results and traces of the case, in the format of results.h5",
         type=Path)
     add_option(parser, "--plot DIR", "draw orbit and traces into DIR", type=Path)
-    add_explain(parser)
+    options.add_explain(parser)
     add_option(parser, "--quiet", "show no progress")
 
 
@@ -64,16 +53,16 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.campaign.simulate import course_of
     from hpcwhirl.case.speed import changes
 
-    scene = scene_of(args.scene, args.settings)
+    scene = options.scene_of(args.scene, args.settings)
     if scene.output.traces in {"summary", "blades"} and args.plot:
         msg = f"--plot needs traces = orbit or full, got {scene.output.traces}"
         raise InputError(msg)
-    check_writable(args.out, folder=False)
-    check_writable(args.plot, folder=True)
-    tell_preset(scene)
+    options.check_writable(args.out, folder=False)
+    options.check_writable(args.plot, folder=True)
+    options.tell_preset(scene)
     design = Design.one(scene)
     course = course_of(scene)
-    tell_remarks(scene, load=True)
+    options.tell_remarks(scene, load=True)
     _tell_unequal(course.march, quiet=args.quiet)
     with _progress(course, quiet=args.quiet) as tick:
         result = course.run(tick)
@@ -85,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         _write(args, design, result)
     finally:  # files first, then the summary: each even if the other fails
-        (print_json if args.json else _show)(facts)
+        (options.print_json if args.json else _show)(facts)
     for note in all_notes(scene, result.row):
         print(note, file=sys.stderr)
     return 1 if result.row["outcome"] == "unstable" else 0
@@ -191,7 +180,7 @@ def _plain(course: Course) -> Callable[[], None]:
         share = 100 * march.steps / march.total
         print(f"integrating: {share:.0f} %, {left:.0f} s left", file=sys.stderr)
 
-    return seldom(tick, start)
+    return options.seldom(tick, start)
 
 
 def motion_told(facts: Mapping[str, Any]) -> str:
@@ -253,7 +242,7 @@ def _show(facts: dict[str, Any]) -> None:
     if "motion" in facts:
         console.print(motion_told(facts))
     if not facts["contacts"]:
-        console.print(UNTOUCHED)
+        console.print(options.UNTOUCHED)
     rate = 1e6 / facts["microseconds_per_step"]
     console.print(
         f"{facts['steps']} steps in {facts['seconds']:.2f} s, "
@@ -278,7 +267,7 @@ def _show(facts: dict[str, Any]) -> None:
     if taken:
         console.print(f"{' and '.join(taken)} took energy out: negative entries")
     if "left_out" in facts:
-        print_notes(facts["left_out"])
+        options.print_notes(facts["left_out"])
         print(
             f"saved: {facts['marched']} steps were integrated, "
             f"{facts['work_share']:.1%} of the whole model's amplitudes times steps"

@@ -86,17 +86,12 @@ def _rows(found: xarray.Dataset) -> list[dict[str, Any]]:
 
     found : Sobol' indices, result of `_found`
     """
-    swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
-    rows = []
-    for point in range(found.sizes["point"]):
-        for quantity in found["quantity"].values.tolist():
-            one = found.isel(point=point).sel(quantity=quantity)
-            head = {n: one[n].item() for n in swept if n != "point"}
-            rests = {n: one[n].item() for n in RESTS}
-            for name in found["input"].values.tolist():
-                ends = {n: float(one[n].sel(input=name)) for n in ENDS}
-                rows.append(head | {"quantity": quantity, "input": name} | ends | rests)
-    return rows
+    from hpcwhirl.analysis.shares import swept_in
+
+    order = ["point", "quantity", "input"]
+    names = [*swept_in(found), *order[1:], *ENDS, *RESTS]
+    table = found.to_dataframe(dim_order=order).reset_index()
+    return list(table[names].to_dict("records"))
 
 
 def _print_table(rows: list[dict[str, Any]]) -> None:
@@ -136,17 +131,17 @@ def tell(found: xarray.Dataset) -> None:
         one = found.sel(quantity=name)
         lost, used = int(one["dropped"].sum()), int(one["draws"].sum())
         if lost:
-            told = f"{name}: {lost} of {lost + used} pairs of draws have a case without"
-            say(f"{told} this number and are left out")
+            text = f"{name}: {lost} of {lost + used} pairs of draws have a case without"
+            say(f"{text} this number and are left out")
         still = int((one["deviation"] == 0.0).sum())
         if still:
-            told = f"{name}: does not vary at {still} of {found.sizes['point']} points"
-            say(f"{told}: no index there")
+            text = f"{name}: does not vary at {still} of {found.sizes['point']} points"
+            say(f"{text}: no index there")
         needed, draws = pairs_needed(one), int(one["draws"].max())
         if needed:
-            told = f"{name}: intervals up to {widest(one):.2g} wide: too few draws"
+            text = f"{name}: intervals up to {widest(one):.2g} wide: too few draws"
             how = f"about count = {needed} may suffice"
             if needed > FARTHEST * draws:
                 how = f"even count = {FARTHEST * draws} may not suffice: the variance "
                 how += "is due to a few cases"
-            say(f"{told} ({draws}) to rank inputs; {how}")
+            say(f"{text} ({draws}) to rank inputs; {how}")

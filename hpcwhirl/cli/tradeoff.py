@@ -10,17 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl import __version__
+from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cli.options import (
-    add_json,
-    add_set,
-    check_writable,
-    finite,
-    parsed,
-    print_json,
-    scene_of,
-    seldom,
-)
 from hpcwhirl.errors import InputError, number_told
 from hpcwhirl.scene import NAMED, Scene, apply_settings
 
@@ -40,7 +31,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help=f"scene files (TOML), or some of {', '.join(NAMED)} (default: one motion "
         "of each kind)",
     )
-    add_set(parser)
+    options.add_set(parser)
     add_option(parser, "--axis NAME",
         "vary only this aspect of the computation; may be repeated: "
         f"{', '.join(axes())} (default: all but the last two, which are slow)",
@@ -52,7 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "write tradeoff.json and tradeoff.md to DIR; both name the machine", type=Path)
     add_option(parser, "--plot",
         "also draw tradeoff.png, in --out or the working directory")
-    add_json(parser)
+    options.add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -68,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
         msg = f"--repeats must be >= 2, for the scatter of repeats, got {args.repeats}"
         raise InputError(msg)
     settings, scenes = settings_of(args.axes), _scenes(args)
-    check_writable(args.out or Path(), folder=True)
+    options.check_writable(args.out or Path(), folder=True)
     start, machine = time.monotonic(), machine_facts()
 
     def tell(line: str) -> None:
@@ -76,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         spent = f"{time.monotonic() - start:.0f} s"
         print(f"tradeoff: {spent}, {line} (of {every})", file=sys.stderr)
 
-    facts = measure(scenes, settings, args.repeats, seldom(tell)).facts()
+    facts = measure(scenes, settings, args.repeats, options.seldom(tell)).facts()
     facts |= {
         "machine": f"{machine['host']}, {machine['cpu']}",
         "version": __version__,
@@ -89,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
         _write(args, facts, text)
     finally:  # files first, then the table: each even if the other fails
         if args.json:
-            print_json(facts)
+            options.print_json(facts)
         else:
             print(text)
     return 0
@@ -105,7 +96,7 @@ def _write(args: argparse.Namespace, facts: dict[str, Any], text: str) -> None:
 
     folder = args.out or Path()
     if args.out:
-        plain = json.dumps(finite(facts), indent=1) + "\n"
+        plain = json.dumps(options.finite(facts), indent=1) + "\n"
         write_whole(folder / "tradeoff.json", plain.encode())
         write_whole(folder / "tradeoff.md", text.encode())
     if args.plot:
@@ -117,9 +108,9 @@ def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
 
     if not args.scenes:
         kinds = default_scenes(Scene())
-        given = parsed(args.settings)
+        given = options.parsed(args.settings)
         return {name: apply_settings(scene, given) for name, scene in kinds.items()}
-    scenes = {name: scene_of(name, args.settings) for name in args.scenes}
+    scenes = {name: options.scene_of(name, args.settings) for name in args.scenes}
     if len(scenes) < len(args.scenes):
         raise InputError(f"a scene is named twice: {' '.join(args.scenes)}")
     return scenes

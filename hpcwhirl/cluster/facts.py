@@ -20,15 +20,8 @@ from pathlib import Path
 from typing import Any
 
 import hpcwhirl
+from hpcwhirl import launch
 from hpcwhirl.dynamics.kernels import cache_facts
-from hpcwhirl.launch import (
-    ALONE,
-    Communicator,
-    alien_library,
-    launched_ranks,
-    library,
-    world,
-)
 from hpcwhirl.store.hdf5 import hdf5_facts, mpi_libraries
 
 Facts = dict[str, Any]
@@ -46,12 +39,12 @@ LIMIT = 60  # s, longest time that a probing process may take
 
 def mpi_facts() -> Facts:
     """Initialize MPI in this process; return its version and the libraries loaded."""
-    name = library()
+    name = launch.library()
     hdf5_facts()  # loads h5py after MPI, as a campaign does; it may add another libmpi
     return {"mpi": name, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
 
 
-def ranks_of(launched: int) -> tuple[Communicator, Facts]:
+def ranks_of(launched: int) -> tuple[launch.Communicator, Facts]:
     """Return the communicator for `doctor`, and facts on MPI, without risking an abort.
 
     The communicator is MPI's world if the launcher matches mpi4py's library, else that
@@ -61,12 +54,12 @@ def ranks_of(launched: int) -> tuple[Communicator, Facts]:
     ----------
     launched : number of ranks started, as the launcher says
     """
-    if alien := alien_library():
+    if alien := launch.alien_library():
         facts = {"mpi": alien, "mpi_libraries": mpi_libraries(), "mpi_error": ""}
-        return ALONE, facts
+        return launch.ALONE, facts
     if launched == 1:
-        return ALONE, probed_mpi()
-    return world(), mpi_facts()
+        return launch.ALONE, probed_mpi()
+    return launch.world(), mpi_facts()
 
 
 def probed_mpi() -> Facts:
@@ -151,7 +144,7 @@ def _version(name: str) -> str:
 def rank_facts() -> Facts:
     """Return the facts that a rank finds out without communicating with others."""
     return {
-        "launched": launched_ranks(),
+        "launched": launch.launched_ranks(),
         **machine_facts(),
         **hdf5_facts(),
         **cache_facts(),
@@ -180,7 +173,7 @@ def filesystem(path: Path, mounts: str) -> str:
     return kind
 
 
-def place_facts(folder: Path, comm: Communicator = ALONE) -> Facts:
+def place_facts(folder: Path, comm: launch.Communicator = launch.ALONE) -> Facts:
     """Find out whether a campaign's directory works from all ranks.
 
     All ranks of `comm` must call this. Rank 0 removes the probe files, whose names are

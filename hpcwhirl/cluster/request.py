@@ -8,9 +8,10 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from importlib import resources
 from string import Template
+from typing import Any
 
 from hpcwhirl.cluster.schedulers import SCHEDULERS
 from hpcwhirl.errors import InputError, unknown
@@ -30,6 +31,14 @@ SLURM = {  # options of Slurm only: (form, its description)
 MOST_TASKS = 10_000_000  # largest number of ranks of a job
 LONGEST = 365 * 86400  # s, longest time limit of a job
 PRINTED = "# Printed by: "  # beginning of a line of every job script
+
+
+def _option(shape: str, meaning: str, default: Any = "") -> Any:
+    """Declare a field of `Request` that is an option of `hpcwhirl job`.
+
+    shape, meaning : form of its value, such as "DIR"; its help text
+    """
+    return field(default=default, metadata={"shape": shape, "meaning": meaning})
 
 
 @dataclass(frozen=True)
@@ -60,28 +69,44 @@ class Request:
     script : path of the script that will be submitted; empty: unknown
     """
 
+    # fmt: off
     scheduler: str
     file: str
-    out: str = "campaign"
-    ntasks: int = 32
-    time: str = "04:00:00"
-    nodes: int = 0
-    name: str = "hpcwhirl"
-    partition: str = ""
-    account: str = ""
-    mem: str = ""
-    qos: str = ""
-    constraint: tuple[str, ...] = ()
-    array: int = 0
-    shard: str = ""
-    launcher: str = ""
-    mpi: str = ""
-    pe: str = "mpi"
-    venv: str = ""
-    modules: tuple[str, ...] = ()
-    requeues: int = 20
-    warning: int = 120
-    script: str = ""
+    out: str = _option("DIR",
+        "directory of the campaign (default: out in the file's [campaign], else "
+        "campaign)", "campaign")
+    ntasks: int = _option("N",
+        "number of ranks of the job, or of each array element (default 32)", 32)
+    time: str = _option("[D-]HH:MM:SS",
+        "time limit of the job (default: walltime in the file's [campaign], else 4 h)",
+        "04:00:00")
+    nodes: int = _option("N",
+        "number of nodes to spread the ranks over (default: scheduler's choice)", 0)
+    name: str = _option("NAME", "name of the job (default hpcwhirl)", "hpcwhirl")
+    partition: str = _option("NAME", "partition or queue")
+    account: str = _option("NAME", "account, project or bank")
+    mem: str = _option("SIZE", "memory of each node, e.g. 4G (Slurm)")
+    qos: str = _option("NAME", "quality of service (Slurm)")
+    constraint: tuple[str, ...] = _option("FEATURES",
+        "features that nodes must have, e.g. 'milan|genoa' (Slurm); if repeated, all "
+        "of them", ())
+    array: int = _option("N",
+        "make an array job of N elements, each of which computes a shard", 0)
+    shard: str = _option("I/N", "compute only the I-th of N shares of the campaign")
+    launcher: str = _option("NAME",
+        "program that starts the ranks: mpirun, mpiexec, srun (Slurm) or flux (Flux)")
+    mpi: str = _option("NAME", "value of srun --mpi, e.g. pmix or pmi2")
+    pe: str = _option("NAME",
+        "parallel environment of Grid Engine (default mpi)", "mpi")
+    venv: str = _option("DIR", "virtual environment to activate")
+    modules: tuple[str, ...] = _option("NAME",
+        "environment module to load; may be repeated", ())
+    requeues: int = _option("N",
+        "requeue the job up to N times while cases remain (default 20)", 20)
+    warning: int = _option("N",
+        "stop the campaign N seconds before the time limit (default 120)", 120)
+    script: str = _option("PATH", "write the script to PATH instead of printing it")
+    # fmt: on
 
     def __post_init__(self) -> None:
         """Check all options of the job script.
@@ -187,14 +212,20 @@ class Request:
     def command(self) -> str:
         """Return the command line `hpcwhirl job ...` that prints this script again."""
         words = ["hpcwhirl", "job", self.scheduler, self.file]
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name in {"scheduler", "file"} or value == field.default:
-                continue
-            option = "--module" if field.name == "modules" else f"--{field.name}"
-            for one in value if isinstance(value, tuple) else (value,):
-                words += [option, str(one)]
+        for own in fields(self):
+            value = getattr(self, own.name)
+            if own.metadata and value != own.default:
+                for one in value if isinstance(value, tuple) else (value,):
+                    words += [option_of(own.name), str(one)]
         return shlex.join(words)
+
+
+def option_of(name: str) -> str:
+    """Return the option of `hpcwhirl job` that sets a field of `Request`.
+
+    name : the field's name, such as "ntasks"
+    """
+    return "--module" if name == "modules" else f"--{name}"
 
 
 def _check_path(name: str, value: str) -> None:

@@ -20,6 +20,7 @@ from scipy import sparse
 from scipy.linalg import LinAlgError, eigh
 
 from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.reduction import modes
 from hpcwhirl.reduction.cyclic_coordinates import (
     centre_width,
     diameters,
@@ -27,14 +28,6 @@ from hpcwhirl.reduction.cyclic_coordinates import (
     spread,
 )
 from hpcwhirl.reduction.factors import Tell
-from hpcwhirl.reduction.modes import (
-    Block,
-    Spin,
-    assembled,
-    assembled_spin,
-    lowest_of,
-    physical_columns,
-)
 from hpcwhirl.reduction.points import Stress
 from hpcwhirl.reduction.sparse_modes import (
     PAIR,
@@ -86,7 +79,7 @@ class Imported:
 
     mass: Floats
     stiffness: Floats
-    spin: Spin | None
+    spin: modes.Spin | None
     blades: int
     centre: bool
     kept: int
@@ -117,7 +110,7 @@ class _Reduced:
 
     mass: Floats
     stiffness: Floats
-    spin: Spin | None
+    spin: modes.Spin | None
     last: float
     condition: float
     added: int
@@ -258,7 +251,7 @@ def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
     if wheel.turning:
         coriolis, first, *second = piece.turning
         load = piece.loaded(turned.T @ wheel.turning["centrifugal_load"])
-        spin = Spin(coriolis, first, load, second[0] if second else None)
+        spin = modes.Spin(coriolis, first, load, second[0] if second else None)
     return _Reduced(
         mass=piece.mass,
         stiffness=piece.stiffness,
@@ -351,7 +344,7 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
                 keep=wheel.stress is not None,
             )  # fmt: skip
         listed = [(value, k) for k, p in pieces.items() for value in p.squared]
-        counts, last = lowest_of(listed, blades, wheel.modes)
+        counts, last = modes.lowest_of(listed, blades, wheel.modes)
         wanted = {
             k: 2 * len(piece.squared)
             for k, piece in pieces.items()
@@ -373,7 +366,7 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
 
 def _spread(
     wheel: FiniteElements, cuts: Cut, pieces: dict[int, Condensed]
-) -> tuple[Floats, Floats, Spin | None, Floats | None]:
+) -> tuple[Floats, Floats, modes.Spin | None, Floats | None]:
     """Return (M, K, terms of rotation, stress) of all sectors from reduced blocks.
 
     Their coordinates are the tips of all blades, the centre, and the amplitudes of
@@ -391,7 +384,7 @@ def _spread(
         mass, stiffness, *turning = (
             a + 0j for a in (piece.mass, piece.stiffness, *piece.turning)
         )
-        block = Block(k, simple, mass, stiffness, np.zeros(0), nothing)
+        block = modes.Block(k, simple, mass, stiffness, np.zeros(0), nothing)
         if wheel.turning:
             coriolis, first, *second = turning
             load = np.zeros(len(mass), dtype=np.complex128)
@@ -410,18 +403,20 @@ def _spread(
     whole = sum(len(block.mass) * block.multiplicity for block in blocks)
     pairs, start = [], own * blades + len(hub)
     for block in blocks:
-        pairs.append((block, physical_columns(block, structure, own, whole, start)))
+        pairs.append(
+            (block, modes.physical_columns(block, structure, own, whole, start))
+        )
         inner = len(block.mass) - own - centre_width(structure, block.k)
         start += inner * block.multiplicity
     stress = None
     if wheel.stress is not None:
         each = [_spread_stress(wheel, cuts, pieces[one[0].k], one) for one in pairs]
         stress = np.sum(each, axis=0)
-    return *assembled(pairs), assembled_spin(pairs), stress
+    return *modes.assembled(pairs), modes.assembled_spin(pairs), stress
 
 
 def _spread_stress(
-    wheel: FiniteElements, cuts: Cut, piece: Condensed, pair: tuple[Block, Floats]
+    wheel: FiniteElements, cuts: Cut, piece: Condensed, pair: tuple[modes.Block, Floats]
 ) -> Floats:
     """Return the part of all blades' stress that comes from nodal diameter k, (N r, n).
 
@@ -501,7 +496,7 @@ def _stress(wheel: FiniteElements, reduced: _Reduced) -> Stress | None:
     return Stress(names, np.ascontiguousarray(rows))
 
 
-def _with_shaft(spin: Spin, mass: float, hub: Integers) -> Spin:
+def _with_shaft(spin: modes.Spin, mass: float, hub: Integers) -> modes.Spin:
     """Return a rotor's terms of rotation plus those of the shaft's mass at the centre.
 
     mass, hub : kg, of the shaft; (2,), indices of the centre's coordinates

@@ -14,19 +14,9 @@ import numpy as np
 from scipy.linalg import LinAlgError, eigh
 
 from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.reduction import modes
 from hpcwhirl.reduction.cyclic_coordinates import aligned
 from hpcwhirl.reduction.mistuned import modes_of, named_modes
-from hpcwhirl.reduction.modes import (
-    SUSPENSION_SHARE,
-    ModalModel,
-    Spin,
-    centre_rows,
-    highest_of,
-    reduction_basis,
-    speed_of_basis,
-    stiffening_at,
-    with_ratio,
-)
 from hpcwhirl.reduction.points import (
     points_in,
     reordered,
@@ -69,7 +59,7 @@ def rotor_from(
     eta: int | None = None,
     *,
     turns: bool = False,
-) -> ModalModel:
+) -> modes.ModalModel:
     """Return the rotor of an engine's file, in cyclic form if its sectors are equal.
 
     Parameters
@@ -97,7 +87,9 @@ def rotor_from(
     if "damping" in given or "damping_ratio" in given:
         return model
     if model.spin is None:
-        return with_ratio(model, model.centre_share > SUSPENSION_SHARE, suspension)
+        return modes.with_ratio(
+            model, model.centre_share > modes.SUSPENSION_SHARE, suspension
+        )
     own = model.spin.support.at(0.0).damping
     own += standing_damping(model, blades, damping, suspension)
     return replace(model, spin=replace(model.spin, support=Support(damping=own)))
@@ -105,7 +97,7 @@ def rotor_from(
 
 def _from_matrices(
     given: Given, blades: int, damping: float | Floats, eta: int | None, *, turns: bool
-) -> ModalModel:
+) -> modes.ModalModel:
     if turns:
         check_terms(given)
     _check_shapes(given)
@@ -170,8 +162,8 @@ def _modes_and_ratios(
 
 
 def _reduced(
-    whole: list[Floats], spin: Spin | None, basis: Floats, count: int
-) -> tuple[list[Floats], Spin | None, float]:
+    whole: list[Floats], spin: modes.Spin | None, basis: Floats, count: int
+) -> tuple[list[Floats], modes.Spin | None, float]:
     """Return a rotor's matrices and terms of rotation in the coordinates of a basis.
 
     The third result is the highest natural frequency of the basis at rest, rad/s;
@@ -186,7 +178,7 @@ def _reduced(
     whole = [(part + part.T) / 2 for part in parts]
     if spin is None:
         return whole, None, math.inf
-    highest = highest_of(whole[0], whole[1], min(count, basis.shape[1]))
+    highest = modes.highest_of(whole[0], whole[1], min(count, basis.shape[1]))
     return whole, transformed(spin, basis), highest
 
 
@@ -209,7 +201,7 @@ def _has_all_modes(given: Given) -> bool:
 
 
 def _basis(
-    given: Given, whole: list[Floats], spin: Spin | None, places: int, eta: int
+    given: Given, whole: list[Floats], spin: modes.Spin | None, places: int, eta: int
 ) -> Floats:
     """Return the Craig-Bampton basis (n, b + m) of a rotor from file, to reduce it.
 
@@ -231,9 +223,11 @@ def _basis(
         while eta > 0 and squared[eta] - squared[eta - 1] <= 2 * EQUAL * squared[eta]:
             eta -= 1
         if spin is not None:
-            taut = stiffness + stiffening_at(spin, speed_of_basis(mass, stiffness))
+            taut = stiffness + modes.stiffening_at(
+                spin, modes.speed_of_basis(mass, stiffness)
+            )
         kept = np.arange(places), eta
-        return np.asarray(reduction_basis(mass, stiffness, kept, taut))
+        return np.asarray(modes.reduction_basis(mass, stiffness, kept, taut))
     except LinAlgError:
         raise given.wrong(
             "stiffness",
@@ -242,7 +236,7 @@ def _basis(
         ) from None
 
 
-def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalModel:
+def _from_modes(given: Given, blades: int, damping: float | Floats) -> modes.ModalModel:
     stress_of(given, blades)  # refuses stress, which needs the coordinates of matrices
     omega = given["omega"]
     if len(omega) == 0 or not omega.min() >= 0 or not omega.max() > 0:
@@ -274,7 +268,7 @@ def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalMode
     return replace(model, points=points)
 
 
-def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
+def _with_shaft(given: Given, model: modes.ModalModel, blades: int) -> modes.ModalModel:
     """Return a rotor from file with each mode's share of energy in the shaft's springs.
 
     Shares of strain energy follow from the shaft's stiffness, which is identified from
@@ -282,7 +276,7 @@ def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
 
     given, blades : the file, for messages; N
     """
-    hub = centre_rows(model, blades)
+    hub = modes.centre_rows(model, blades)
     tips = model.shapes[: 2 * blades].reshape(blades, 2, -1)
     points = model.points
     first = 0.0 if points is None else float(points.angle[points.reference])

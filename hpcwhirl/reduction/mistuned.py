@@ -13,15 +13,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from hpcwhirl.arrays import Floats, Indices, Integers
+from hpcwhirl.reduction import modes
 from hpcwhirl.reduction.cyclic_coordinates import diameter_shares, diameters, dominant
-from hpcwhirl.reduction.modes import (
-    ModalModel,
-    Spin,
-    check_modes,
-    highest_of,
-    reduction_basis,
-    speed_of_basis,
-)
 from hpcwhirl.reduction.supports import energy_in_shaft, planar, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
 
@@ -57,7 +50,7 @@ def named_modes(
     damping: float | Floats,
     *,
     kept: int,
-) -> ModalModel:
+) -> modes.ModalModel:
     """Return the modal model of a rotor from its m modes, which get labels.
 
     The labels are the nodal diameter that dominates a mode, rank and phase.
@@ -72,7 +65,7 @@ def named_modes(
     kept : number of coordinates beyond tips and centre, which are the last of the n
     """
     diameter, rank, phase = labels(shapes, omega, blades)
-    return ModalModel(
+    return modes.ModalModel(
         mass=matrices[0],
         stiffness=matrices[1],
         shapes=shapes,
@@ -87,7 +80,9 @@ def named_modes(
     )
 
 
-def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel:
+def named_after(
+    model: modes.ModalModel, tuned: modes.ModalModel, blades: int
+) -> modes.ModalModel:
     """Return a mistuned rotor whose modes get the names of the tuned rotor's modes.
 
     Every mode gets the diameter and rank of one tuned mode, each used once, so that
@@ -147,7 +142,7 @@ def _reference_speed(structure: CyclicStructure) -> float:
         a[: n * d, : n * d].reshape(n, d, n, d).sum(axis=(0, 2)) / n
         for a in (structure.mass, structure.stiffness)
     )
-    return speed_of_basis(*mean)
+    return modes.speed_of_basis(*mean)
 
 
 def _basis(
@@ -162,13 +157,13 @@ def _basis(
     boundary : (b,), indices of the DoF kept, tips and centre
     eta, rotation, near : parameters of `whole_model`
     """
-    check_modes(eta, len(structure.mass) - len(boundary), structure.sectors)
+    modes.check_modes(eta, len(structure.mass) - len(boundary), structure.sectors)
     taut = None
     if rotation is not None:
         squared = _reference_speed(structure) ** 2
         taut = structure.stiffness + squared * rotation.stiffening
     matrices = structure.mass, structure.stiffness
-    return np.asarray(reduction_basis(*matrices, (boundary, eta), taut, near))
+    return np.asarray(modes.reduction_basis(*matrices, (boundary, eta), taut, near))
 
 
 def whole_model(
@@ -177,7 +172,7 @@ def whole_model(
     eta: int,
     rotation: Rotation | None = None,
     near: Floats | None = None,
-) -> ModalModel:
+) -> modes.ModalModel:
     """Return the Craig-Bampton reduction (Eq. 1 of the paper) of all sectors at once.
 
     The modes have no labels yet: diameter, rank and phase are 0, see `named_after`.
@@ -203,7 +198,7 @@ def whole_model(
     mass, stiffness = (mass + mass.T) / 2, (stiffness + stiffness.T) / 2
     blades, tilt, reach = structure.sectors, structure.tilt, math.inf
     if rotation is not None:
-        reach = highest_of(mass, stiffness, len(boundary) + eta)
+        reach = modes.highest_of(mass, stiffness, len(boundary) + eta)
     centre = 2 * blades + np.arange(2)
     if tilt is not None:
         mass, stiffness = with_tilt(tilt, centre, FORWARD, mass, stiffness)
@@ -227,12 +222,12 @@ def whole_model(
         released = np.append(released, np.zeros(len(load) - len(released)))
         swing = np.zeros(len(load))
         swing[: basis.shape[1]] = basis.T @ rotation.swing
-        spin = Spin(
+        spin = modes.Spin(
             *parts, tilt=places, released=released if released.any() else None,
             swing=swing,
         )  # fmt: skip
     no_name = np.zeros(len(omega), dtype=np.int64)
-    return ModalModel(
+    return modes.ModalModel(
         mass, stiffness, shapes, omega, no_name, no_name, no_name, share, damping,
         kept=len(mass) - len(boundary), cyclic=False, spin=spin, reach=reach,
     )  # fmt: skip

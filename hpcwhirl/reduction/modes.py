@@ -19,6 +19,7 @@ from scipy.linalg import eigh
 
 from hpcwhirl.arrays import Complexes, Floats, Indices, Integers
 from hpcwhirl.errors import InputError, ModelError
+from hpcwhirl.reduction import supports
 from hpcwhirl.reduction.craig_bampton import craig_bampton, enriched
 from hpcwhirl.reduction.cyclic_coordinates import (
     block,
@@ -29,14 +30,6 @@ from hpcwhirl.reduction.cyclic_coordinates import (
     spread,
 )
 from hpcwhirl.reduction.points import Stress, TipPoints
-from hpcwhirl.reduction.supports import (
-    ROUND,
-    Bearing,
-    Support,
-    energy_in_shaft,
-    turning_tilt,
-    with_tilt,
-)
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 Added = tuple[Complexes, Complexes, Complexes]
@@ -123,7 +116,7 @@ class Spin:
     load: Floats
     quartic: Floats | None = None
     waves: tuple[SpinBlock, ...] = ()
-    support: Support | Bearing = ROUND
+    support: supports.Support | supports.Bearing = supports.ROUND
     tilt: tuple[int, ...] = ()
     released: Floats | None = None
     swing: Floats | None = None
@@ -437,9 +430,9 @@ def _blocks(
         if structure.tilt is not None and k == 1:
             size = structure.sector_size if eta is None else len(structure.boundary)
             own = structure.tilt, np.array([size])
-            mass, stiffness = with_tilt(*own, BACKWARD, mass, stiffness)
+            mass, stiffness = supports.with_tilt(*own, BACKWARD, mass, stiffness)
             if added is not None:
-                added = turning_tilt(structure.tilt, BACKWARD, *added)
+                added = supports.turning_tilt(structure.tilt, BACKWARD, *added)
         if simple:
             squared, modes = eigh(stiffness.real, mass.real)
         else:
@@ -533,7 +526,7 @@ def _centre_share(piece: Block, structure: CyclicStructure, kept: int) -> Floats
     hub = piece.modes[kept : kept + centre_width(structure, piece.k)]
     tilt = structure.tilt if piece.k == 1 else None
     own = tilt, structure.centre_stiffness
-    energy = energy_in_shaft(*own, hub, piece.modes[-1:])
+    energy = supports.energy_in_shaft(*own, hub, piece.modes[-1:])
     return np.asarray(energy / np.maximum(piece.omega**2, np.finfo(float).tiny))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.refinement.words import Word, apart
+from hpcwhirl.refinement.words import Word, any_differ
 
 Ints = NDArray[np.int64]
 Point = tuple[Floats, int, float, float, int, int, int]  # see `Boundaries`
@@ -167,7 +167,7 @@ def differ(cases: Cases, a: int, b: int) -> bool:
     """
     both = {cases.word[a], cases.word[b]}
     alike = bool(cases.fidelity[a] == cases.fidelity[b])
-    return alike and "" not in both and apart(both)
+    return alike and "" not in both and any_differ(both)
 
 
 def _middle(points: Sequence[Floats], scales: Sequence[str]) -> Floats:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from hpcwhirl.refinement.lattice import Cell, Lattice, Point
-from hpcwhirl.refinement.words import Word, apart
+from hpcwhirl.refinement.words import Word, any_differ
 
 SPECKLE_SHARE = 0.75  # share of mixed parts above which a cell is speckle
 FIRST, CONFIRM = 0, 1  # fidelities: of the first computation, of the confirming one
@@ -50,7 +50,7 @@ class Node:
     @property
     def mixed(self) -> bool:
         """Whether words of the same fidelity differ between two points of the cell."""
-        return any(map(apart, self.seen))
+        return any(map(any_differ, self.seen))
 
     @property
     def uneven(self) -> bool | None:
@@ -58,7 +58,7 @@ class Node:
 
         None: they agree so far, and cases at some corners have not ended.
         """
-        return True if apart(self.at_corners) else (None if self.open else False)
+        return True if any_differ(self.at_corners) else (None if self.open else False)
 
 
 class Tree:
@@ -199,7 +199,7 @@ class Tree:
             if not node.split:
                 words = [self.word(point) for point in node.points]
                 known = {word for word in words if word is not None}
-                alike = not apart(known) and (None not in words or not known)
+                alike = not any_differ(known) and (None not in words or not known)
                 (even if alike else other).update(node.points)
         points = sorted(p for p in even - other if self.word(p) is not None)
         second = self.words[CONFIRM]
@@ -377,4 +377,4 @@ class Tree:
 
 
 def _differ(one: Word | None, other: Word | None) -> bool:
-    return one is not None and other is not None and apart({one, other})
+    return one is not None and other is not None and any_differ({one, other})

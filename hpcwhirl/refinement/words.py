@@ -75,7 +75,7 @@ def _log(value: Any) -> float:
     return math.log(max(abs(float(value)), LEAST))
 
 
-def apart(words: Collection[Word]) -> bool:
+def any_differ(words: Collection[Word]) -> bool:
     """Return whether any two of some words differ.
 
     Attractors differ if a number differs by more than its tolerance in `TOLERANCES`.

@@ -31,7 +31,7 @@ TOLD = (InputError, NoRoomError, MissingFileError, StoreError, WhirlError,
         MemoryError, ImportError)  # fmt: skip
 
 
-def draw_apart(results: Path, out: Path) -> list[Path]:
+def draw_in_process(results: Path, out: Path) -> list[Path]:
     """Draw a campaign's map.png and map.svg in another process; return their paths.
 
     If this process has Matplotlib and xarray already, or can start no other, it draws.
@@ -85,7 +85,7 @@ def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
 
 
 def main() -> None:
-    """Draw a campaign's map in this process, which `draw_apart` has started.
+    """Draw a campaign's map in this process, which `draw_in_process` has started.
 
     Its reply, which tells of success or the error, is all that goes to stdout; other
     output goes to stderr.

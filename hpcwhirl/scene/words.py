@@ -217,20 +217,20 @@ RULES = {
 }
 # Not so if measured over too short a time, or if the measurement ended at a limit: one
 # of both is then missing, and the motion untold.
-MEASURED = ("exponent_error >= 0", "zero_one <= 1")
+IS_MEASURED = ("exponent_error >= 0", "zero_one <= 1")
 # Rules for `motion`, if output.chaos > 0; `turn` is the time of a revolution, s.
 MOTION_RULES = (
     Rule("none", ("regime != 'sustained'",)),
     # neighbouring motions diverge: the exponent is above zero with its interval, and
     # the walk of the 0-1 test diffuses
     Rule("chaotic", (
-        *MEASURED, "exponent - exponent_error > 0",
+        *IS_MEASURED, "exponent - exponent_error > 0",
         "(exponent - exponent_error) * turn > calm", "zero_one > diffuse")),
     # neighbouring motions stay together, and the section is a few points, or a curve
     Rule("periodic", (
-        *MEASURED, "return_distance <= returns", "exponent * turn <= calm")),
+        *IS_MEASURED, "return_distance <= returns", "exponent * turn <= calm")),
     Rule("quasi-periodic", (
-        *MEASURED, "zero_one < bounded", "exponent * turn <= calm",
+        *IS_MEASURED, "zero_one < bounded", "exponent * turn <= calm",
         "(exponent + exponent_error) * turn >= -calm",
         "exponent_error * turn <= sharp")),
     Rule("untold"),

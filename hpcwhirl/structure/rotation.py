@@ -24,16 +24,8 @@ from numpy.polynomial import Polynomial
 
 from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.scene import Rotor
+from hpcwhirl.structure import elements
 from hpcwhirl.structure.bladed_disk import GHOST, NODE, blade_sections, rim, spoke
-from hpcwhirl.structure.elements import (
-    POINTS,
-    WEIGHTS,
-    Section,
-    add_block,
-    beam,
-    hermite,
-    turn,
-)
 
 ROD, BEND = [0, 3], [1, 2, 4, 5]  # axial and bending DoF of a beam
 
@@ -75,27 +67,27 @@ class Member:
     """
 
     length: float
-    section: Section
+    section: elements.Section
     transform: Floats
     start: tuple[float, float]
     dofs: Indices
 
 
-def coriolis_of(length: float, section: Section) -> Floats:
+def coriolis_of(length: float, section: elements.Section) -> Floats:
     """Return a beam's Coriolis matrix C, (6, 6), kg, in the DoF of `elements.beam`.
 
     length, section : length, m, and section of the beam
     """
     out = np.zeros((6, 6))
-    for xi, weight in zip(POINTS, WEIGHTS, strict=True):
+    for xi, weight in zip(elements.POINTS, elements.WEIGHTS, strict=True):
         mass = section.density * section.at(xi)[0] * weight * length
         along = np.array([1 - xi, xi])
-        out[np.ix_(ROD, BEND)] -= mass * np.outer(along, hermite(xi, length))
+        out[np.ix_(ROD, BEND)] -= mass * np.outer(along, elements.hermite(xi, length))
     return np.asarray(out - out.T)
 
 
 def loads_of(
-    length: float, section: Section, start: tuple[float, float]
+    length: float, section: elements.Section, start: tuple[float, float]
 ) -> tuple[Floats, Floats]:
     """Return a beam's centrifugal load F_c, and its load F_e of a changing speed.
 
@@ -106,9 +98,9 @@ def loads_of(
         in the beam's axes
     """
     load, swing = np.zeros(6), np.zeros(6)
-    for xi, weight in zip(POINTS, WEIGHTS, strict=True):
+    for xi, weight in zip(elements.POINTS, elements.WEIGHTS, strict=True):
         mass = section.density * section.at(xi)[0] * weight * length
-        along, across = np.array([1 - xi, xi]), hermite(xi, length)
+        along, across = np.array([1 - xi, xi]), elements.hermite(xi, length)
         x, y = start[0] + xi * length, start[1]
         load[ROD] += mass * along * x
         load[BEND] += mass * across * y
@@ -117,7 +109,9 @@ def loads_of(
     return load, swing
 
 
-def stiffening_of(length: float, section: Section, start: float, mean: float) -> Floats:
+def stiffening_of(
+    length: float, section: elements.Section, start: float, mean: float
+) -> Floats:
     """Return a beam's stress stiffness K_g, (6, 6), kg, under the centrifugal pull.
 
     It is N/m per unit Omega^2, in the DoF of `elements.beam`.
@@ -133,9 +127,9 @@ def stiffening_of(length: float, section: Section, start: float, mean: float) ->
     drop = (length * pull).integ()  # n = n(0) - drop
     average = drop.integ()(1.0)
     out = np.zeros((6, 6))
-    for xi, weight in zip(POINTS, WEIGHTS, strict=True):
+    for xi, weight in zip(elements.POINTS, elements.WEIGHTS, strict=True):
         force = mean + average - drop(xi)
-        slope = hermite(xi, length, 1)
+        slope = elements.hermite(xi, length, 1)
         out[np.ix_(BEND, BEND)] += force * weight * length * np.outer(slope, slope)
     return out
 
@@ -183,8 +177,8 @@ def tensions(parts: list[Member], size: int) -> Floats:
         moving = part.dofs < size + NODE  # the centre is held
         places = part.dofs[moving] % size  # all sectors move alike
         transform = part.transform[:, moving]
-        elastic = beam(part.length, part.section)[1]
-        add_block(stiffness, transform.T @ elastic @ transform, places)
+        elastic = elements.beam(part.length, part.section)[1]
+        elements.add_block(stiffness, transform.T @ elastic @ transform, places)
         pushed = loads_of(part.length, part.section, part.start)[0]
         np.add.at(load, places, transform.T @ pushed)
         folded.append((elastic[3] @ transform, places))
@@ -215,10 +209,10 @@ def rotation_of(rotor: Rotor) -> Rotation:
         after = (j + 1) % blades * size + np.arange(NODE)
         places = np.r_[j * size + np.arange(size), after, total - 2, total - 1]
         lift = np.eye(wide)
-        lift[-2:, -2:] = turn(2 * np.pi * j / blades)
+        lift[-2:, -2:] = elements.turn(2 * np.pi * j / blades)
         left = GHOST if j == rotor.lost_blade else 1.0
         for target, own, other in zip(whole[:2], disk, blade, strict=False):
-            add_block(target, lift.T @ (own + left * other) @ lift, places)
+            elements.add_block(target, lift.T @ (own + left * other) @ lift, places)
         for target, own, other in zip(whole[2:], disk[2:], blade[2:], strict=True):
             np.add.at(target, places, lift.T @ (own + left * other))
         if j == rotor.lost_blade:
@@ -249,8 +243,8 @@ def _added(
         lift = part.transform
         turns = coriolis_of(part.length, part.section)
         stiff = stiffening_of(part.length, part.section, part.start[0], mean)
-        add_block(out[0], lift.T @ turns @ lift, part.dofs)
-        add_block(out[1], lift.T @ stiff @ lift, part.dofs)
+        elements.add_block(out[0], lift.T @ turns @ lift, part.dofs)
+        elements.add_block(out[1], lift.T @ stiff @ lift, part.dofs)
         pushed = loads_of(part.length, part.section, part.start)
         for target, push in zip(out[2:], pushed, strict=True):
             np.add.at(target, part.dofs, lift.T @ push)

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 import hpcwhirl
-from hpcwhirl.refinement.words import NUMBERS, Attractor, apart, features_of
+from hpcwhirl.refinement.words import NUMBERS, Attractor, any_differ, features_of
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import on_engine, parser_of, results_of, working_folder
@@ -76,7 +76,7 @@ def told(engine: str, regime: str, known: dict[Any, Attractor]) -> None:
     ]
     same = [pair for pair in pairs if {one.regime for one in pair} == {regime}]
     if same:
-        two = sum(map(apart, same))
+        two = sum(map(any_differ, same))
         at = np.array([[one.at for one in pair] for pair in same])
         most = " ".join(f"{v:.2f}" for v in np.abs(at[:, 0] - at[:, 1]).max(axis=0))
         print(f"{engine}: of {len(same)} {regime} pairs {two} apart, at most {most}")

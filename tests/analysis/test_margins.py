@@ -14,7 +14,7 @@ from synthetic import synthetic
 import hpcwhirl
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.map import limits
+from hpcwhirl.report import canvas
 from hpcwhirl.scene.words import ENUMS
 
 LETTERS = {"d": "damped", "S": "sustained", "X": "divergent", "?": "undecided"}
@@ -278,9 +278,9 @@ def test_a_map_of_limits_has_that_of_each_point(tmp_path, monkeypatch):
     points = product((300.0, 410.0), (1e-4, 2e-4, 3e-4), (1e4, 2e4, 3e4))
     cases = [{"speed": s, "gap": g, "force": f} for s, g, f in points]
     worded(tmp_path, cases, "dSS ddS ddd SSS dSd ddX".replace(" ", ""))
-    figures, save = [], limits.save
+    figures, save = [], canvas.save
     monkeypatch.setattr(
-        limits, "save", lambda *own: figures.append(own[0]) or save(*own)
+        canvas, "save", lambda *given: figures.append(given[0]) or save(*given)
     )
     picture = tmp_path / "map.png"
     words = ["--over", "force", "--first", "--plot", str(picture)]

@@ -12,7 +12,7 @@ from common import on_engine
 from launch import launch, records, root_variables
 
 import hpcwhirl
-from hpcwhirl.analysis.branches import Branch, branches_of, folds_of, words_apart
+from hpcwhirl.analysis.branches import Branch, branches_of, count_differences, folds_of
 from hpcwhirl.campaign.compute import computation
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import begun, simulate
@@ -282,8 +282,8 @@ def test_folds_are_where_words_change_and_differ_where_branches_do():
     assert [[fold[1:5] for fold in folds] for folds in found] == [
         [(2.0, 3.0, "damped", "sustained")], [(2.0, 1.0, "sustained", "damped")],
     ]  # fmt: skip
-    assert words_apart(lines) == (1, 3)
-    assert words_apart(lines[:1]) == (0, 0)
+    assert count_differences(lines) == (1, 3)
+    assert count_differences(lines[:1]) == (0, 0)
 
 
 def test_the_table_and_the_figure_of_branches_are_those_of_the_campaign(swept, capsys):

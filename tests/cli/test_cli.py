@@ -12,8 +12,7 @@ import hpcwhirl
 from hpcwhirl.campaign.begin import check_steps
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.cli import COMMANDS, main
-from hpcwhirl.cli import run as run_command
+from hpcwhirl.cli import COMMANDS, main, options
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.store.hdf5 import FORMAT
 
@@ -154,7 +153,7 @@ def test_a_refused_campaign_builds_one_model_of_cases_that_share_it(monkeypatch)
 
 
 def test_an_error_of_ours_is_exit_code_70_with_its_traceback(capsys, monkeypatch):
-    monkeypatch.setattr(run_command, "scene_of", lambda *_: 1 / 0)
+    monkeypatch.setattr(options, "scene_of", lambda *_: 1 / 0)
     assert main(["run"]) == 70
     assert "ZeroDivisionError" in capsys.readouterr().err
 

@@ -609,7 +609,9 @@ def test_a_map_is_drawn_where_it_is_wanted_and_told(
     made, tmp_path, monkeypatch, capsys, wish, gathered
 ):
     asked = []
-    monkeypatch.setattr(render_process, "draw_apart", lambda *a: asked.append(a) or [])
+    monkeypatch.setattr(
+        render_process, "draw_in_process", lambda *a: asked.append(a) or []
+    )
     ending = Ending(complete=True, cases=9, results=made("one case") / "results.h5",
                     gathered=gathered)  # fmt: skip
     campaign._maps(ending, Directory(tmp_path), Campaign(map=wish))

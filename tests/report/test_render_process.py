@@ -75,7 +75,7 @@ def test_a_campaign_loads_nothing_that_only_maps_need(finished, tmp_path):
 
 @pytest.mark.usefixtures("as_rank")
 def test_a_map_drawn_apart_is_the_map(undrawn, finished):
-    paths = render_process.draw_apart(undrawn / "results.h5", undrawn)
+    paths = render_process.draw_in_process(undrawn / "results.h5", undrawn)
     assert paths == [undrawn / "map.png", undrawn / "map.svg"]
     assert paths[0].read_bytes() == (finished / "map.png").read_bytes()
 
@@ -84,13 +84,13 @@ def test_a_process_that_has_what_a_map_needs_draws_itself(undrawn, monkeypatch):
     monkeypatch.setattr(
         render_process, "interpreter", lambda *_: pytest.fail("another")
     )
-    assert len(render_process.draw_apart(undrawn / "results.h5", undrawn)) == 2
+    assert len(render_process.draw_in_process(undrawn / "results.h5", undrawn)) == 2
 
 
 @pytest.mark.usefixtures("as_rank")
 def test_where_no_process_can_begin_the_rank_draws(undrawn, monkeypatch):
     monkeypatch.setattr(render_process, "interpreter", lambda *_: ["/no/such/program"])
-    assert len(render_process.draw_apart(undrawn / "results.h5", undrawn)) == 2
+    assert len(render_process.draw_in_process(undrawn / "results.h5", undrawn)) == 2
 
 
 @pytest.mark.usefixtures("as_rank")
@@ -110,14 +110,14 @@ def test_what_is_raised_there_is_raised_here(undrawn, monkeypatch, kind, error):
         render_process, "interpreter", lambda _, *words: [*python, *words]
     )
     with pytest.raises(error, match=r"^so it is$") as found:
-        render_process.draw_apart(undrawn / "results.h5", undrawn)
+        render_process.draw_in_process(undrawn / "results.h5", undrawn)
     assert type(found.value) is error
 
 
 @pytest.mark.usefixtures("as_rank")
 def test_a_results_file_that_is_missing_is_told_as_ever(tmp_path):
     with pytest.raises(MissingFileError, match="no results file"):
-        render_process.draw_apart(tmp_path / "results.h5", tmp_path)
+        render_process.draw_in_process(tmp_path / "results.h5", tmp_path)
 
 
 def test_a_campaign_whose_map_is_killed_says_so_in_one_line(undrawn, finished):

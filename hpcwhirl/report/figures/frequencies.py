@@ -8,25 +8,12 @@ from typing import Any
 import numpy as np
 from matplotlib.lines import Line2D
 
+from hpcwhirl.analysis import rotation
 from hpcwhirl.analysis.critical import coincidences
-from hpcwhirl.analysis.rotation import (
-    Waves,
-    bands_over,
-    beside,
-    critical_of,
-    growth_over,
-    own_waves,
-    waves_over,
-)
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.families import (
-    Line,
-    first_family,
-    modal_table,
-    rotor_by_diameter,
-)
+from hpcwhirl.reduction import families
 from hpcwhirl.reduction.waves import unbalance_speeds, unstable_from
 from hpcwhirl.report.canvas import (
     BOX,
@@ -67,7 +54,7 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     speeds : (n,), rad/s, speeds of the campaign
     """
     case = resolve(scene)
-    table, k = modal_table(case.model), scene.nodal_diameter
+    table, k = families.modal_table(case.model), scene.nodal_diameter
     if not any(m.body == "rotor" for m in table):
         raise InputError("a Campbell diagram needs modes of the rotor")
     most = MARGIN * (float(np.abs(speeds).max(initial=0.0)) or 1.0)
@@ -75,10 +62,10 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     figure, axes = new_figure((9.5, 6.2))
     top = _families(axes, bands_in_hz(case, span), span)
     _casing(axes, table, k, span)
-    _marks(axes, case, first_family(table, "casing"), most)
+    _marks(axes, case, families.first_family(table, "casing"), most)
     if case.model.rotor.spin is not None:
         top = max(top, _of_centre(axes, case, span))
-        other = beside(case)
+        other = rotation.beside(case)
         _beside(axes, span, bands_in_hz(other, span) if other else {})
         _at_speed(axes, case, most)
     engine_orders(axes, span, top)
@@ -101,7 +88,7 @@ def bands_in_hz(case: Case, span: Floats) -> dict[str, Floats]:
 
     span : (n,), rad/s, speeds
     """
-    bands = bands_over(case, span)
+    bands = rotation.bands_over(case, span)
     return {n: np.array(bands[n]) / (2 * np.pi) for n in COLOURS if n in bands}
 
 
@@ -125,7 +112,7 @@ def _of_centre(axes: Any, case: Case, span: Floats) -> float:
     span : (n,), rad/s, speeds
     """
     top = 0.0
-    for name, waves in waves_over(case, 1, span).items():
+    for name, waves in rotation.waves_over(case, 1, span).items():
         seen = np.abs(np.array(waves) - span) / (2 * np.pi)
         told = [f"{name}, k = 1, {way}" for way in WAYS]
         _pair(axes, span, seen, told, c=COLOURS.get(name, OTHER), lw=1.6)
@@ -161,7 +148,7 @@ def _at_speed(axes: Any, case: Case, most: float) -> None:
 
     most : rad/s, end of the axis of speeds
     """
-    rotor = rotor_by_diameter(case.model)
+    rotor = families.rotor_by_diameter(case.model)
     unstable = unstable_from(rotor, case.model.blades)
     marks = [("unbalance", unbalance_speeds(rotor)),
              ("unstable from", [unstable] if unstable else [])]  # fmt: skip
@@ -193,14 +180,14 @@ def engine_orders(
                       textcoords="offset points", **look)  # fmt: skip
 
 
-def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
+def _casing(axes: Any, table: list[families.Line], k: int, span: Floats) -> None:
     """Draw the frequency at which blades see a wave of the casing, over the speed.
 
     It is the casing's first wave of k lobes, once with and once against the rotation.
 
     table, span : modal table of the engine; (n,), rad/s, speeds
     """
-    first = first_family(table, "casing").get(k)
+    first = families.first_family(table, "casing").get(k)
     if first is None:
         return
     seen = np.abs([first + k * span, first - k * span]) / (2 * np.pi)
@@ -214,7 +201,7 @@ def _marks(axes: Any, case: Case, casing: Mapping[int, float], most: float) -> N
     casing : {nodal diameter: omega of 1F, rad/s}; most : rad/s, end of the axis
     """
     k = case.given.nodal_diameter
-    for row in critical_of(case, 1):
+    for row in rotation.critical_of(case, 1):
         if row["nodal_diameter"] == k and row["speed"] <= most:
             name, speed = row["family"], row["speed"]
             at = speed, (k * speed - casing[k]) / (2 * np.pi)
@@ -241,15 +228,15 @@ def draw_stability(scene: Scene, speeds: Floats) -> Any:
     most = MARGIN * (float(np.abs(speeds).max(initial=0.0)) or 1.0)
     span = np.linspace(0.0, most, POINTS)
     figure, axes = new_figure((9.5, 5.0))
-    fastest, waves = growth_over(case, span)
+    fastest, waves = rotation.growth_over(case, span)
     for name in [name for name in FAMILIES if name in waves]:
         told = [f"{name}, k = 1, {way}" for way in WAYS]
         _pair(axes, span, waves[name], told, c=COLOURS[name], lw=1.2)
     axes.plot(span, fastest, "k-", lw=2.0, label="largest of all waves")
-    other = beside(case)
+    other = rotation.beside(case)
     if other is not None:
         kind = other.reduced.engine.rotation
-        axes.plot(span, growth_over(other, span)[0], "k:", lw=1.4,
+        axes.plot(span, rotation.growth_over(other, span)[0], "k:", lw=1.4,
                   label=f"largest, rotation = {kind}")  # fmt: skip
     axes.axhline(0.0, c="#999999", lw=0.8)
     if case.model.rotor.spin is not None:
@@ -272,7 +259,7 @@ def draw_interaction(cases: Results, line: list[int]) -> Any:
     """
     scene = cases.scene(line[0])
     case = resolve(scene)
-    table = modal_table(case.model)
+    table = families.modal_table(case.model)
     k = scene.nodal_diameter
     if k == 0 or not any(m.body == "casing" for m in table):
         msg = "the interaction diagram needs k > 0 lobes and an elastic casing"
@@ -280,16 +267,16 @@ def draw_interaction(cases: Results, line: list[int]) -> Any:
     figure, (axes, strip) = new_figure((10, 6), 2, sharex=True, height_ratios=(8, 1))
     cells = cell_edges(np.array([cases.rows[i]["speed"] for i in line]))
     span = cells[[0, -1]]
-    first = first_family(table, "casing").get(k, 0.0)
+    first = families.first_family(table, "casing").get(k, 0.0)
     speeds = np.linspace(span[0], span[1], POINTS)
-    own = waves_over(case, k, speeds)
+    own = rotation.waves_over(case, k, speeds)
     limits = wave_limits(own, k, span)
     orders = highest_order(first, limits)
     for name, pair in own.items():
         told = [f"{name}: kΩ {sign} ω$_{{bd}}$" for sign in "+−"]
         _pair(axes, speeds, pair, told, c=COLOURS.get(name, OTHER), lw=1.2)
-    other = beside(case) if case.model.rotor.spin is not None else None
-    _beside(axes, speeds, waves_over(other, k, speeds) if other else {})
+    other = rotation.beside(case) if case.model.rotor.spin is not None else None
+    _beside(axes, speeds, rotation.waves_over(other, k, speeds) if other else {})
     _harmonics(axes, first, orders)
     axes.set(ylabel="ω, rad/s, casing's frame:\nagainst < 0 < with the rotation")
     axes.set_ylim(limits)
@@ -327,15 +314,15 @@ def _crossings(axes: Any, case: Case, span: Floats, orders: int) -> None:
 
     span : rad/s, speeds, of which the first and the last are the ends of the axis
     """
-    table, k = modal_table(case.model), case.given.nodal_diameter
-    casing = first_family(table, "casing")
+    table, k = families.modal_table(case.model), case.given.nodal_diameter
+    casing = families.first_family(table, "casing")
     found: dict[str, list[dict[str, Any]]] = {}
     if case.model.rotor.spin is None:
-        for family, own in own_waves(table, k).items():
+        for family, own in rotation.own_waves(table, k).items():
             most = orders if family == "1F" else 1
             found[family] = list(coincidences({k: own}, casing, most))
     else:
-        for row in critical_of(case, orders):
+        for row in rotation.critical_of(case, orders):
             if row["nodal_diameter"] == k:
                 found.setdefault(row["family"], []).append(row | {"side": -1})
     for family, rows in found.items():
@@ -433,7 +420,7 @@ def rotating_top(cases: Results, line: Sequence[int]) -> float:
 
     cases, line : results; numbers of the cases shown
     """
-    table = modal_table(resolve(cases.scene(line[0])).model)
+    table = families.modal_table(resolve(cases.scene(line[0])).model)
     own = [m.frequency_hz for m in table if m.body == "rotor" and m.family in FAMILIES]
     return min(MARGIN * max(own), nyquist(cases, line))
 
@@ -446,7 +433,7 @@ def centre_top(cases: Results, line: Sequence[int]) -> float:
 
     cases, line : results; numbers of the cases shown
     """
-    table = modal_table(resolve(cases.scene(line[0])).model)
+    table = families.modal_table(resolve(cases.scene(line[0])).model)
     own = [
         m.frequency_hz for m in table
         if m.body == "rotor" and m.nodal_diameter == 1 and m.family in FAMILIES
@@ -465,7 +452,7 @@ def nyquist(cases: Results, line: Sequence[int]) -> float:
     return 0.5 / float(max(cases.rows[i]["sample_interval"] for i in line))
 
 
-def wave_limits(own: Waves, k: int, span: Floats) -> tuple[float, float]:
+def wave_limits(own: rotation.Waves, k: int, span: Floats) -> tuple[float, float]:
     """Return the ends of the frequency axis of an interaction diagram, rad/s.
 
     Parameters

@@ -9,16 +9,9 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from hpcwhirl.analysis import whirl
 from hpcwhirl.analysis.over_speed import crossings, spells_of
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
-from hpcwhirl.analysis.whirl import (
-    after_revolutions,
-    amplitude_spectrum,
-    cascade,
-    full_spectrum,
-    section,
-    sense_of,
-)
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import law_of, speed_at
@@ -92,7 +85,7 @@ def frequency_spectra(
     out: dict[str, list[tuple[Floats, Floats]]] = {"tip": [], "centre": []}
     for case in line:
         traces, row = cases.traces(case), cases.rows[case]
-        part = after_revolutions(traces["time"], row["speed"], STEADY_AFTER)
+        part = whirl.after_revolutions(traces["time"], row["speed"], STEADY_AFTER)
         if len(traces["time"][part]) < 16:  # the run ended too early: take all samples
             part = slice(0, None)
         signals = {
@@ -100,7 +93,7 @@ def frequency_spectra(
             "centre": rotating(traces, row["speed"])[part, 0],
         }
         for name, signal in signals.items():
-            out[name].append(amplitude_spectrum(signal, row["sample_interval"]))
+            out[name].append(whirl.amplitude_spectrum(signal, row["sample_interval"]))
     return out
 
 
@@ -118,7 +111,7 @@ def draw_frequency(cases: Results, line: list[int], title: str = "") -> Any:
     top = rotating_top(cases, line)
     edges = np.linspace(0.0, top, 301)
     for axes, (place, label) in zip(panels, names.items(), strict=True):
-        amplitude = 1e3 * cascade(spectra[place], edges)
+        amplitude = 1e3 * whirl.cascade(spectra[place], edges)
         mesh = _mesh(axes, speeds, edges, amplitude, AT_REST)
         axes.set(
             xlabel=axis_of("speed"),
@@ -171,11 +164,11 @@ def draw_cascade(cases: Results, line: list[int], *, transient: bool = False) ->
         traces, row = cases.traces(case), cases.rows[case]
         z = traces["centre"] @ np.array([1.0, 1j])
         part = in_window(traces["time"], row) | transient
-        omega, amplitude = full_spectrum(z[part], row["sample_interval"])
+        omega, amplitude = whirl.full_spectrum(z[part], row["sample_interval"])
         turned = -1 if row["speed"] < 0 else 1
         spectra.append((turned * omega[::turned], amplitude[::turned]))
     figure, axes = new_figure((8.5, 6))
-    mesh = _mesh(axes, speeds, edges, 1e3 * cascade(spectra, edges))
+    mesh = _mesh(axes, speeds, edges, 1e3 * whirl.cascade(spectra, edges))
     axes.plot(speeds, np.abs(speeds), "w--", lw=0.8)
     axes.axhline(0.0, c="w", lw=0.6)
     axes.set(
@@ -202,7 +195,9 @@ def draw_bifurcation(
     for case in line:
         traces, row = cases.traces(case), cases.rows[case]
         part = in_window(traces["time"], row) | transient
-        points = section(traces["time"][part], traces["centre"][part], row["speed"])
+        points = whirl.section(
+            traces["time"][part], traces["centre"][part], row["speed"]
+        )
         at = np.full(len(points), row["speed"])
         colour = SHOWN[shown_word(row)].stroke
         look = {"c": colour, "mew": 0, "ms": 4 if len(points) > FEW_TURNS else 6}
@@ -304,7 +299,7 @@ def spectra_over(
     interval = float(time[1] - time[0])
     size = min(max(round(TURNS * turn / interval), FEWEST), len(time))
     first = np.unique(np.linspace(0, len(time) - size, COLUMNS).astype(int))
-    parts = [full_spectrum(orbit[i : i + size], interval) for i in first]
+    parts = [whirl.full_spectrum(orbit[i : i + size], interval) for i in first]
     middles = time[first] + 0.5 * (size - 1) * interval
     return middles, parts[0][0], np.stack([amplitude for _, amplitude in parts])
 
@@ -326,7 +321,7 @@ def draw_waterfall(cases: Results, case: int) -> Any:
         raise InputError(msg)
     mean = float(np.abs(speed_at(scene, time)).mean())
     turn = 2 * np.pi / mean if mean > 0.0 else float(time[-1])
-    sense = sense_of(scene.speed)  # forward above 0
+    sense = whirl.sense_of(scene.speed)  # forward above 0
     spectra = spectra_over(time, traces["centre"] @ np.array([1.0, sense * 1j]), turn)
     names = ["time"] if law_of(scene) is None else ["time", "speed"]
     figure, (panels,) = new_figure(
@@ -384,7 +379,7 @@ def _waterfall(
     )  # fmt: skip
     for sign in (1.0, -1.0):
         axes.plot(at, sign * speeds[::-1][last], "w--", lw=0.8)
-    sense = sense_of(case.scene.speed) if name == "speed" else 1.0
+    sense = whirl.sense_of(case.scene.speed) if name == "speed" else 1.0
     for one in crossings(case):
         axes.axvline(sense * one[name], c="w", ls=":", lw=0.9)
     axes.set(xlabel=axis_of(name), ylim=(-most, most))

@@ -15,15 +15,9 @@ from hpcwhirl.report.map.axes import Axis, Levels, axis_of, no_axis, scale_of
 from hpcwhirl.report.map.colours import Colours, by_majority, colours_of
 from hpcwhirl.scene.units import shown_in, with_unit
 from hpcwhirl.store.directory.refined import PLACE
+from hpcwhirl.store.reading import select
 from hpcwhirl.store.reading.coded import Coded, combined
 from hpcwhirl.store.reading.reader import coded
-from hpcwhirl.store.reading.select import (
-    MOST_SHOWN,
-    swept_of,
-    value_text,
-    variable_of,
-    where,
-)
 from hpcwhirl.store.reading.shares import MAJORITY, words_of
 from hpcwhirl.store.results.cells import Refined
 
@@ -132,9 +126,9 @@ def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
         if an axis was not swept, or some cases would cover others
     """
     shown = _shown_cases(data, wish)
-    at = where(wish.at, {n: data[n].to_numpy() for n in swept_of(data)})
+    at = select.where(wish.at, {n: data[n].to_numpy() for n in select.swept_of(data)})
     case = np.flatnonzero(shown if at is None else shown & at)
-    own = {n: Levels.of(data[n].to_numpy()[case]) for n in swept_of(data)}
+    own = {n: Levels.of(data[n].to_numpy()[case]) for n in select.swept_of(data)}
     x, y = _axes(own, wish)
     panels, along = _panels(own, x, y, wish)
     panel, values = _numbered(own, panels, len(case))
@@ -193,9 +187,11 @@ def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
     if len(over) <= 2:
         return found
     coarse = data["level"].to_numpy() == 0
-    own = {n: Levels.of(data[n].to_numpy()[coarse]) for n in swept_of(data)}
+    own = {n: Levels.of(data[n].to_numpy()[coarse]) for n in select.swept_of(data)}
     axes = _axes(own, wish)
-    asked = {variable_of(text.partition("=")[0].strip(), own) for text in wish.at}
+    asked = {
+        select.variable_of(text.partition("=")[0].strip(), own) for text in wish.at
+    }
     for name in set(over) - {*axes} - asked:
         found &= data[PLACE + name].to_numpy() % 1.0 == 0.0
     return found
@@ -216,8 +212,8 @@ def _axes(inputs: Inputs, wish: Wish) -> tuple[str, str]:
 
     inputs, wish : {input: its `Levels`}; options of the map
     """
-    asked = [variable_of(n, inputs) if n else "" for n in (wish.x, wish.y)]
-    taken = {variable_of(n, inputs) for n in wish.panels}
+    asked = [select.variable_of(n, inputs) if n else "" for n in (wish.x, wish.y)]
+    taken = {select.variable_of(n, inputs) for n in wish.panels}
     both = [n for n in asked if n in taken] + ([asked[0]] if asked[0] else [])
     if len(both) > 1 or (asked[0] and asked[0] == asked[1]):
         raise InputError(f"{both[0]} must be named by only one of --x, --y and --panel")
@@ -270,7 +266,7 @@ def _panels(inputs: Inputs, x: str, y: str, wish: Wish) -> tuple[list[str], list
     inputs, wish : {input: its `Levels`}; options of the map
     x, y : inputs on the axes
     """
-    panels = [variable_of(n, inputs) for n in wish.panels]
+    panels = [select.variable_of(n, inputs) for n in wish.panels]
     along, left = [], []
     for name in varied(inputs):
         if name in {x, y, *panels}:
@@ -358,7 +354,7 @@ def _check_panels(
 
 
 def _some(values: Levels) -> str:
-    some = [value_text(v) for v in values.known[:MOST_SHOWN].tolist()]
+    some = [select.value_text(v) for v in values.known[: select.MOST_SHOWN].tolist()]
     return "|".join(some) + ("|…" if len(values) > len(some) else "")
 
 

@@ -12,19 +12,12 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLoca
 from numpy.typing import NDArray
 
 from hpcwhirl.report.canvas import new_figure
+from hpcwhirl.report.map import drawing
 from hpcwhirl.report.map.axes import Axis
 from hpcwhirl.report.map.captions import add_legend, panel_title, title_of, twin_keys
 from hpcwhirl.report.map.colours import TINT, UNSURE
 from hpcwhirl.report.map.critical import mark_critical
 from hpcwhirl.report.map.data import Picture, Wish
-from hpcwhirl.report.map.drawing import (
-    Part,
-    cells_of,
-    draw_grid,
-    draw_scattered,
-    hatch,
-    rooms,
-)
 from hpcwhirl.report.map.refined import draw_refined, refined_cells
 from hpcwhirl.store.reading.shares import SURE
 
@@ -66,17 +59,18 @@ class Sheet:
         """Width and height of a panel without its labels, in points, 1/72 inch."""
         return 72 * (self.width - BESIDE[0]), 72 * (self.height - BESIDE[1])
 
-    def part(self, number: int) -> Part:
+    def part(self, number: int) -> drawing.Part:
         """Return the cases of a panel, and how they are drawn; number : from 0."""
         picture = self.picture
         rows = np.flatnonzero(picture.panel == number)
-        return Part(picture.x, picture.y, rows, picture.colours, picture.whirl[rows],
-                    self.points, self.lettered)  # fmt: skip
+        whirl = picture.whirl[rows]
+        return drawing.Part(picture.x, picture.y, rows, picture.colours, whirl,
+                            self.points, self.lettered)  # fmt: skip
 
     def fits(self) -> NDArray[np.bool_]:
         """Return for the cells of all panels whether a letter and a marker fit in."""
         parts = [self.part(number) for number in range(len(self.picture.panels))]
-        return np.concatenate([np.logical_or(*rooms(part)) for part in parts])
+        return np.concatenate([np.logical_or(*drawing.rooms(part)) for part in parts])
 
 
 def sheet_of(picture: Picture) -> Sheet:
@@ -158,9 +152,9 @@ def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
         if picture.refined is not None:
             cells: Any = refined_cells(part, picture, picture.refined, unsure)
         else:
-            cells = cells_of(part, picture, unsure)
+            cells = drawing.cells_of(part, picture, unsure)
         if len(cells):
-            hatch(axes, cells, UNSURE, "hatch chosen", tint=TINT)
+            drawing.hatch(axes, cells, UNSURE, "hatch chosen", tint=TINT)
     return twin_keys(data, picture, unsure)
 
 
@@ -174,9 +168,9 @@ def _fill(figure: Any, panels: NDArray[Any], sheet: Sheet) -> None:
         if picture.refined is not None:
             found = draw_refined(axes, part, picture, picture.refined)
         elif picture.scattered:
-            found = draw_scattered(axes, part, free=picture.free)
+            found = drawing.draw_scattered(axes, part, free=picture.free)
         else:
-            found = draw_grid(axes, part)
+            found = drawing.draw_grid(axes, part)
         drawn = found or drawn
         axes.set_title(panel_title(values), fontsize=9, parse_math=False)
     if drawn is not None:

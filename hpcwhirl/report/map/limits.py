@@ -15,14 +15,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.canvas import (
-    FIXED,
-    SEQUENTIAL,
-    legend_below,
-    name_of,
-    new_figure,
-    save,
-)
+from hpcwhirl.report import canvas
 from hpcwhirl.report.map.captions import engine_of, shared
 from hpcwhirl.report.map.data import label_of
 
@@ -65,9 +58,9 @@ def draw_limits(
         raise InputError(f"{msg}: choose values of other inputs with --at")
     label, factor = label_of(data, over)
     if point is not None:
-        label, factor = f"{name_of(over)} / the present value", 1.0 / point
+        label, factor = f"{canvas.name_of(over)} / the present value", 1.0 / point
     ends = factor * np.array([[f.safe, f.unsafe] for f in found])
-    figure, axes = new_figure((8.0, 4.4))
+    figure, axes = canvas.new_figure((8.0, 4.4))
     if len(varied) == 1:
         _bars(axes, data, varied[0], found, ends)
         axes.set_ylabel(f"limit of {label}", parse_math=False)
@@ -75,10 +68,10 @@ def draw_limits(
             axes.axhline(1.0, color="black", lw=0.8, ls=":")
     else:
         _map(axes, data, varied, found, ends, label)
-    names = [n for n in (*FIXED, "duration") if n not in {*varied, over}]
+    names = [n for n in (*canvas.FIXED, "duration") if n not in {*varied, over}]
     text = f"{engine_of(data)}: {', '.join(shared(data, names))}"
     figure.suptitle(text, fontsize=10, parse_math=False)
-    return save(figure, path)
+    return canvas.save(figure, path)
 
 
 def _bars(
@@ -111,7 +104,7 @@ def _bars(
             axes.plot(x[which], y[which], marker, c=colour, label=told, gid=gid)
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel(label, parse_math=False)
-    legend_below(axes.figure, axes)
+    canvas.legend_below(axes.figure, axes)
 
 
 def _map(
@@ -139,14 +132,14 @@ def _map(
         values[j, i] = 0.0 if np.isnan(low) else low
         if np.isnan(low) or np.isnan(high):
             marks["v" if np.isnan(low) else "^"].append((i, j))
-    drawn = axes.imshow(values, origin="lower", aspect="auto", cmap=SEQUENTIAL)
+    drawn = axes.imshow(values, origin="lower", aspect="auto", cmap=canvas.SEQUENTIAL)
     for mark, places in marks.items():
         if places:
             legend = {"^": "no change met: at least", "v": "first case not damped"}
             axes.plot(*zip(*places, strict=True), mark, c="white", mec="black", ls="",
                       label=legend[mark], gid=legend[mark])  # fmt: skip
     if any(marks.values()):
-        legend_below(axes.figure, axes)
+        canvas.legend_below(axes.figure, axes)
     for axis, grid, (text, factor) in zip("xy", grids, told, strict=True):
         step = max(1, len(grid) // 10)
         texts = [f"{factor * v:.4g}" for v in grid[::step].tolist()]

@@ -202,10 +202,7 @@ def shares_table(found: xarray.Dataset) -> Iterator[list[Any]]:
     """Yield header and rows of a table of shares, a row for each point and regime."""
     swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     numbers = ["count", "share", "share_low", "share_high"]
-    yield [*swept, "cases", "lost", "regime", *numbers]
-    for at in range(found.sizes["point"]):
-        point = found.isel(point=at)
-        head = [point[n].item() for n in [*swept, "cases", "lost"]]
-        for word in REGIMES:
-            own = point.sel(regime=word)
-            yield [*head, word, *(own[n].item() for n in numbers)]
+    names = [*swept, "cases", "lost", "regime", *numbers]
+    table = found.to_dataframe(dim_order=["point", "regime"]).reset_index()
+    yield names
+    yield from table[names].to_numpy(dtype=object).tolist()

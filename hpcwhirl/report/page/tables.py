@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.analysis.branches import branches_of, folds_of, words_apart
+from hpcwhirl.analysis.branches import branches_of, changes_along, count_differences
 from hpcwhirl.report.canvas import NAMED, name_of
 from hpcwhirl.scene.quantities import variable_name
 from hpcwhirl.scene.units import shown_in, with_unit
@@ -26,10 +26,10 @@ MOST = 100  # largest number of rows of a table
 DIGITS = 6
 
 
-Told = dict[str, Any]  # a table as data for the page, see `tables_of`
+Table = dict[str, Any]  # a table as data for the page, see `tables_of`
 
 
-def tables_of(results: Results) -> list[Told]:
+def tables_of(results: Results) -> list[Table]:
     """Return the tables that a campaign's page shows below the map; [] if none.
 
     Each is {"title": what it shows, "head" and "rows": texts of its column heads and of
@@ -41,29 +41,21 @@ def tables_of(results: Results) -> list[Told]:
     return [*_of_starts(results)] if set(swept) & {*STRENGTHS, "start_draw"} else []
 
 
-def _of_branches(results: Results) -> Told:
+def _of_branches(results: Results) -> Table:
     over, branches = branches_of(results)
-    name = variable_name(over)
+    changes, name = changes_along(branches), variable_name(over)
     others = [variable_name(other) for other in branches[0].others]
-    rows = [
-        [
-            *_shown(others, fold.branch.others.values()),
-            fold.branch.name,
-            *_shown([name, name], [fold.last, fold.first]),
-            fold.word,
-            fold.following,
-            *_shown(["orbit_radius"], [fold.radius]),
-        ]
-        for branch in branches
-        for fold in folds_of(branch)
-    ]
-    apart, several = words_apart(branches)
-    title = f"Where branches change their word; they differ at {apart} of {several} "
+    variables = *others, "branch", name, name, "word", "following", "orbit_radius"
+    rows = [_shown(variables, row) for row in zip(*changes.values(), strict=True)]
+    differ, several = count_differences(branches)
+    title = f"Where branches change their word; they differ at {differ} of {several} "
     head = [*map(_head, others), "branch", _head(name), "to", "word", "following"]
-    return _told(title + "points", [*head, _head("orbit_radius")], rows, "branches DIR")
+    return _table(
+        title + "points", [*head, _head("orbit_radius")], rows, "branches DIR"
+    )
 
 
-def _of_starts(results: Results) -> Iterator[Told]:
+def _of_starts(results: Results) -> Iterator[Table]:
     """Yield the tables of a campaign whose starts differ.
 
     They show the force or energy up to which all cases are damped, and the shares of
@@ -85,7 +77,7 @@ def _of_starts(results: Results) -> Iterator[Told]:
             yield _of_shares(data)
 
 
-def _of_strength(data: xarray.Dataset, name: str) -> Iterator[Told]:
+def _of_strength(data: xarray.Dataset, name: str) -> Iterator[Table]:
     from hpcwhirl.analysis.margins import first_changes
     from hpcwhirl.store.results.sampled import is_sampled
 
@@ -93,54 +85,41 @@ def _of_strength(data: xarray.Dataset, name: str) -> Iterator[Told]:
         return
     found = first_changes(data, name)
     others = [*found[0].fixed]
+    variables = *others, name, name, "word"
     rows = [
-        [
-            *_shown(others, one.fixed.values()),
-            *_shown([name, name], [one.safe, one.unsafe]),
-            one.word or "none met",
-        ]
-        for one in found
+        _shown(variables, [*f.fixed.values(), f.safe, f.unsafe, f.word or "none met"])
+        for f in found
     ]
     head = [*map(_head, others), f"damped up to {_head(name)}", "changed at", "word"]
-    command = f"margin DIR --over {name} --first"
-    yield _told(
-        f"Limit of {name.replace('_', ' ')} up to which all cases are damped",
-        head,
-        rows,
-        command,
-    )
+    title = f"Limit of {name.replace('_', ' ')} up to which all cases are damped"
+    yield _table(title, head, rows, f"margin DIR --over {name} --first")
 
 
-def _of_shares(data: xarray.Dataset) -> Told:
+def _of_shares(data: xarray.Dataset) -> Table:
     from hpcwhirl.analysis.basins import basins
     from hpcwhirl.analysis.shares import swept_in
 
     found = basins(data)
-    kinds = [
-        str(k) for k in found["regime"].to_numpy() if found["count"].sel(regime=k).any()
-    ]
-    swept = swept_in(found)
+    seen = found.sel(regime=found["count"].any("point").to_numpy())
+    kinds, swept = seen["regime"].to_numpy().tolist(), swept_in(found)
     columns = [found[name].to_numpy().tolist() for name in swept]
-    shares = [found["share"].sel(regime=kind).to_numpy().tolist() for kind in kinds]
     rows = [
-        [
-            *_shown(swept, own[: len(swept)]),
-            *(f"{share:.3g}" for share in own[len(swept) :]),
-        ]
-        for own in zip(*columns, *shares, strict=True)
+        [*_shown(swept, values), *(f"{share:.3g}" for share in shares)]
+        for *values, shares in zip(*columns, seen["share"].to_numpy(), strict=True)
     ]
     starts = ", ".join(found.attrs["starts"].split()).replace("_", " ")
     title = f"Shares of {int(found['cases'].max())} starts that end on each motion"
-    return _told(
-        f"{title} ({starts})", [*map(_head, swept), *kinds], rows, "basins DIR"
-    )
+    head = [*map(_head, swept), *kinds]
+    return _table(f"{title} ({starts})", head, rows, "basins DIR")
 
 
-def _told(title: str, head: Sequence[str], rows: list[list[str]], command: str) -> Told:
+def _table(
+    title: str, head: Sequence[str], rows: list[list[str]], command: str
+) -> Table:
     if len(rows) > MOST:
         title = f"{title}; {MOST} of {len(rows)} rows"
-    told = {"title": title, "head": [*head], "rows": rows[:MOST]}
-    return told | {"command": f"hpcwhirl {command}"}
+    table = {"title": title, "head": [*head], "rows": rows[:MOST]}
+    return table | {"command": f"hpcwhirl {command}"}
 
 
 def _head(name: str) -> str:
@@ -153,10 +132,10 @@ def _shown(names: Sequence[str], values: Any) -> list[str]:
 
     names, values : variable of each value; the values in SI
     """
-    found = []
+    cells = []
     for name, value in zip(names, values, strict=True):
         _, factor = shown_in(NAMED[name].unit) if name in NAMED else ("", 1.0)
         real = isinstance(value, int | float)
         text = f"{factor * value:.{DIGITS}g}" if real else value_text(value)
-        found.append("" if text == "nan" else text)
-    return found
+        cells.append("" if text == "nan" else text)
+    return cells

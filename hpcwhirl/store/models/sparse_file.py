@@ -45,7 +45,10 @@ UNREADABLE = (
 
 
 class _Source(Given):
-    """File of a sparse matrix; its methods return errors that name file and matrix."""
+    """A matrix and its file; its methods return errors that name both.
+
+    `group` is the name of the matrix, such as "mass".
+    """
 
     def refusal(self, told: str) -> InputError:
         """Return the InputError "FILE TOLD", for a file that is refused.
@@ -55,15 +58,16 @@ class _Source(Given):
         return InputError(f"{self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the InputError for a matrix that breaks a rule.
+        """Return the InputError for an array of the matrix that breaks a rule.
 
         Parameters
         ----------
-        name : name of the matrix
+        name : name of the array; "" for the matrix itself
         allowed : what it must do, as text after "must", such as "be square"
         got : what the file has instead
         """
-        return self.refusal(f"({name}) must {allowed}, got {got}")
+        own = f"{self.group}/{name}" if name else self.group
+        return self.refusal(f"({own}) must {allowed}, got {got}")
 
 
 def read_matrix(path: Path, name: str) -> sparse.csr_array:
@@ -83,26 +87,20 @@ def read_matrix(path: Path, name: str) -> sparse.csr_array:
     InputError
         where the file holds no such matrix
     """
-    source = _Source(str(path), {})
+    source = _Source(str(path), {}, name)
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise source.wrong(name, f"end in {', '.join(READERS)}", path.suffix or "none")
+        raise source.wrong("", f"end in {', '.join(READERS)}", path.suffix or "none")
     with readable(str(path), UNREADABLE):
-        matrix = reader(source, name, _bytes_of(source, name))
-    return _checked(source, name, matrix)
+        matrix = reader(source, _bytes_of(source))
+    return _checked(source, matrix)
 
 
-def _bytes_of(source: _Source, name: str) -> int:
-    """Return the size of a matrix's file in bytes; refuse a file that is too large.
-
-    Parameters
-    ----------
-    source : the file
-    name : name of the matrix, for the message
-    """
+def _bytes_of(source: _Source) -> int:
+    """Return the size of a matrix's file in bytes; refuse a file that is too large."""
     size = check_regular(Path(source.file))
     if size > MOST_BYTES:
-        raise source.wrong(name, f"have at most {MOST_BYTES} bytes", size)
+        raise source.wrong("", f"have at most {MOST_BYTES} bytes", size)
     return size
 
 
@@ -150,57 +148,55 @@ def _rectangle(
     """
     from scipy.io import mminfo
 
-    source = _Source(str(path), {})
+    source = _Source(str(path), {}, name)
     if path.suffix.lower() != ".mtx":
-        raise source.wrong(name, "end in .mtx", path.suffix or "none")
+        raise source.wrong("", "end in .mtx", path.suffix or "none")
     with readable(str(path), UNREADABLE):
-        size = _bytes_of(source, name)
+        size = _bytes_of(source)
         rows, columns, entries, _, field, _ = mminfo(source.file)
         fits = columns == shape[1] and rows == (rows if shape[0] is None else shape[0])
         if not fits or field not in {"real", "integer"}:
             told = f"{rows} x {columns}, {field}"
             wanted = "any" if shape[0] is None else shape[0]
-            raise source.wrong(name, f"be real, {wanted} x {shape[1]}", told)
-        found = _read_entries(source, name, entries, size)
+            raise source.wrong("", f"be real, {wanted} x {shape[1]}", told)
+        found = _read_entries(source, entries, size)
     if not np.isfinite(found.data).all():
         wrong = found.data[~np.isfinite(found.data)][0]
-        raise source.wrong(name, "be finite", wrong)
+        raise source.wrong("", "be finite", wrong)
     return found
 
 
-def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
+def _market(source: _Source, size: int) -> sparse.csr_array:
     from scipy.io import mminfo
 
     # By path (of a regular file), since SciPy 1.17 aborts on a Python stream.
     rows, columns, entries, _, field, symmetry = mminfo(source.file)
     if field not in {"real", "integer"}:
-        raise source.wrong(name, "be real", field)
-    own = "skew-symmetric" if name in SKEW else "symmetric"
+        raise source.wrong("", "be real", field)
+    own = "skew-symmetric" if source.group in SKEW else "symmetric"
     if symmetry not in {"general", own}:
-        raise source.wrong(name, f"be {own}", symmetry)
-    _check_square(source, name, (rows, columns))
-    return _read_entries(source, name, entries, size)
+        raise source.wrong("", f"be {own}", symmetry)
+    _check_square(source, (rows, columns))
+    return _read_entries(source, entries, size)
 
 
-def _read_entries(
-    source: _Source, name: str, entries: int, size: int
-) -> sparse.csr_array:
+def _read_entries(source: _Source, entries: int, size: int) -> sparse.csr_array:
     """Read a MatrixMarket file; refuse impossible or too many entries before reading.
 
     Parameters
     ----------
-    source, name : file and name of the matrix
+    source : the matrix
     entries : number of entries that the file's header states
     size : size of the file, bytes
     """
     from scipy.io import mmread
 
-    _check_entries(source, name, entries, size // SHORTEST)
-    _check_memory(source, name, MARKET_BYTES * entries)
+    _check_entries(source, "", entries, size // SHORTEST)
+    _check_memory(source, MARKET_BYTES * entries)
     return sparse.csr_array(mmread(source.file), dtype=np.float64)
 
 
-def _numpy(source: _Source, name: str, _size: int) -> sparse.csr_array:
+def _numpy(source: _Source, _size: int) -> sparse.csr_array:
     names, bytes_told = [*PARTS, "shape", "format"], 0
     with open_regular(source.file) as file, zipfile.ZipFile(file) as archive:
         for part in names:
@@ -209,24 +205,21 @@ def _numpy(source: _Source, name: str, _size: int) -> sparse.csr_array:
                 raise source.refusal(f"has no {part}: it {told}")
             kinds = PARTS.get(part, "iu" if part == "shape" else "SU")
             shape, kind = _header(archive, part)
-            _check_part(source, f"{name}/{part}", shape, kind, kinds)
+            _check_part(source, part, shape, kind, kinds)
             bytes_told += math.prod(shape) * kind.itemsize
-        _check_memory(source, name, bytes_told)
+        _check_memory(source, bytes_told)
         file.seek(0)
         with np.load(file, allow_pickle=False) as held:
             arrays = {part: held[part] for part in names}
     kind = arrays["format"].item()
     if kind not in {"csr", b"csr", "csc", b"csc"}:
-        raise source.wrong(name, "be CSR or CSC", kind)
+        raise source.wrong("", "be CSR or CSC", kind)
     shape = tuple(arrays["shape"].tolist())
-    _check_square(source, name, shape)
+    _check_square(source, shape)
     if len(arrays["indptr"]) != shape[0] + 1:
-        raise source.wrong(
-            f"{name}/indptr",
-            f"have {shape[0] + 1} entries, as its shape requires",
-            len(arrays["indptr"]),
-        )
-    matrix = _compressed(source, name, arrays)
+        allowed = f"have {shape[0] + 1} entries, as its shape requires"
+        raise source.wrong("indptr", allowed, len(arrays["indptr"]))
+    matrix = _compressed(source, arrays)
     return matrix if kind in {"csr", b"csr"} else sparse.csr_array(matrix.T)
 
 
@@ -252,42 +245,43 @@ def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
     return shape, kind
 
 
-def _hdf5(source: _Source, name: str, _size: int) -> sparse.csr_array:
+def _hdf5(source: _Source, _size: int) -> sparse.csr_array:
     import h5py
 
+    name = source.group
     with open_regular(source.file) as file, h5py.File(file, "r") as root:
         if name not in root:
             raise source.refusal(f"has no group {name} with data, indices, indptr")
         check_link(source, root, name, "")
         group = root[name]
         if not isinstance(group, h5py.Group):
-            raise source.wrong(name, "be a group", "an array")
+            raise source.wrong("", "be a group", "an array")
         for part in PARTS:
-            _check_dataset(source, group, name, part)
+            _check_dataset(source, group, part)
         sizes = (group[part].size * group[part].dtype.itemsize for part in PARTS)
-        _check_memory(source, name, sum(sizes))
+        _check_memory(source, sum(sizes))
         arrays = {part: group[part][()] for part in PARTS}
-    return _compressed(source, name, arrays)
+    return _compressed(source, arrays)
 
 
-def _check_dataset(source: _Source, group: Any, name: str, part: str) -> None:
+def _check_dataset(source: _Source, group: Any, part: str) -> None:
     if part not in group:
-        raise source.refusal(f"has no {name}/{part}")
-    check_link(source, group, part, f"{name}/")
+        raise source.refusal(f"has no {source.group}/{part}")
+    check_link(source, group, part, f"{source.group}/")
     data = group[part]
     shape = getattr(data, "shape", None)
     if shape is None:
-        raise source.wrong(f"{name}/{part}", "be an array", "none")
-    _check_part(source, f"{name}/{part}", shape, data.dtype, PARTS[part])
+        raise source.wrong(part, "be an array", "none")
+    _check_part(source, part, shape, data.dtype, PARTS[part])
     if data.chunks:
-        check_chunks(source, f"{name}/{part}", data)
+        check_chunks(source, part, data)
 
 
 READERS = {".mtx": _market, ".npz": _numpy, ".h5": _hdf5, ".hdf5": _hdf5}
 
 
 def _check_part(
-    source: _Source, name: str, shape: tuple[int, ...], kind: Any, kinds: str
+    source: _Source, part: str, shape: tuple[int, ...], kind: Any, kinds: str
 ) -> None:
     """Raise InputError for an array of a sparse matrix with wrong dimensions or type.
 
@@ -295,49 +289,46 @@ def _check_part(
 
     Parameters
     ----------
-    source, name : file and name of the matrix
+    source, part : the matrix; name of the array
     shape, kind : shape and dtype of the array
     kinds : letters of the kinds of dtype that are allowed
     """
     if kind.kind not in kinds:
         wanted = "be real" if "f" in kinds else "hold whole numbers"
-        raise source.wrong(name, wanted, "complex" if kind.kind == "c" else kind)
+        raise source.wrong(part, wanted, "complex" if kind.kind == "c" else kind)
     if len(shape) != (0 if "S" in kinds else 1):
-        raise source.wrong(name, "be a list", f"{len(shape)} dimensions")
-    _check_entries(source, name, *shape)
+        raise source.wrong(part, "be a list", f"{len(shape)} dimensions")
+    _check_entries(source, part, *shape)
 
 
-def _check_square(source: _Source, name: str, shape: tuple[int, ...]) -> None:
+def _check_square(source: _Source, shape: tuple[int, ...]) -> None:
     if len(shape) != 2 or shape[0] != shape[1]:
-        raise source.wrong(name, "be square", shape)
+        raise source.wrong("", "be square", shape)
     if not 1 <= shape[0] <= MOST_UNKNOWNS:
         allowed = f"have 1 to {MOST_UNKNOWNS} degrees of freedom"
-        raise source.wrong(name, allowed, shape[0])
+        raise source.wrong("", allowed, shape[0])
 
 
 def _check_entries(
-    source: _Source, name: str, count: int = 0, most: int = MOST_ENTRIES
+    source: _Source, part: str, count: int = 0, most: int = MOST_ENTRIES
 ) -> None:
     if count > MOST_ENTRIES:
-        raise source.wrong(name, f"have at most {MOST_ENTRIES} entries", count)
+        raise source.wrong(part, f"have at most {MOST_ENTRIES} entries", count)
     if count > most:
         raise source.refusal(f"is cut short: it is too small for {count} entries")
 
 
-def _check_memory(source: _Source, name: str, size: int) -> None:
+def _check_memory(source: _Source, size: int) -> None:
     """Raise InputError for a matrix whose arrays need more than the free memory.
 
     Parameters
     ----------
-    source, name : file and name of the matrix
-    size : bytes that its arrays need
+    source, size : the matrix; bytes that its arrays need
     """
     most = _free_memory() / MEMORY
     if size > most:
-        allowed = (
-            f"have arrays of at most {most / 1e9:.2g} GB, 1/{MEMORY} of the memory"
-        )
-        raise source.wrong(name, f"{allowed} that is free", f"{size / 1e9:.2g} GB")
+        allowed = f"have arrays of at most {most / 1e9:.2g} GB, 1/{MEMORY} of the "
+        raise source.wrong("", f"{allowed}memory that is free", f"{size / 1e9:.2g} GB")
 
 
 def _free_memory() -> float:
@@ -354,33 +345,30 @@ def _free_memory() -> float:
     return free
 
 
-def _compressed(
-    source: _Source, name: str, arrays: Mapping[str, Array]
-) -> sparse.csr_array:
+def _compressed(source: _Source, arrays: Mapping[str, Array]) -> sparse.csr_array:
     """Return the sparse matrix of the arrays data, indices and indptr in CSR form.
 
     Of arrays in CSC form, it is the transpose.
 
     Parameters
     ----------
-    source, name : file and name of the matrix, for messages
+    source : the matrix, for messages
     arrays : {"data", "indices", "indptr": array}
     """
     size = len(arrays["indptr"]) - 1
-    _check_square(source, name, (size, size))
+    _check_square(source, (size, size))
     parts = tuple(arrays[part] for part in PARTS)
     matrix = sparse.csr_array(parts, shape=(size, size), dtype=np.float64)
     matrix.check_format(full_check=True)  # indices out of range crash SciPy
     return matrix
 
 
-def _checked(source: _Source, name: str, matrix: sparse.csr_array) -> sparse.csr_array:
+def _checked(source: _Source, matrix: sparse.csr_array) -> sparse.csr_array:
     """Return the exactly symmetric (or skew) part of a matrix, without its round-off.
 
     Parameters
     ----------
-    source, name : file and name of the matrix
-    matrix : (n, n), as read
+    source, matrix : the matrix's file; (n, n), as read
 
     Raises
     ------
@@ -390,17 +378,17 @@ def _checked(source: _Source, name: str, matrix: sparse.csr_array) -> sparse.csr
     matrix.sum_duplicates()
     wrong = ~np.isfinite(matrix.data)
     if wrong.any():
-        raise source.wrong(name, "be finite", matrix.data[wrong][0])
+        raise source.wrong("", "be finite", matrix.data[wrong][0])
     largest = np.abs(matrix.data).max(initial=0.0)
     if not largest > 0:
-        raise source.wrong(name, "have an entry that is not 0", "none")
-    sign, kind = (-1.0, "skew") if name in SKEW else (1.0, "symmetric")
+        raise source.wrong("", "have an entry that is not 0", "none")
+    sign, kind = (-1.0, "skew") if source.group in SKEW else (1.0, "symmetric")
     miss = np.abs((matrix - sign * matrix.T).data).max(initial=0.0) / largest
     if not miss <= SYMMETRIC:
         half = sparse.triu(matrix, 1).nnz * sparse.tril(matrix, -1).nnz == 0
         hint = ": the file has only one triangle; write both" if half else ""
         allowed = f"be {kind} to {SYMMETRIC:g} of its largest entry"
-        raise source.wrong(name, allowed, f"{miss:.2g}{hint}")
+        raise source.wrong("", allowed, f"{miss:.2g}{hint}")
     matrix = (matrix + sign * matrix.T) / 2
     places = (part.astype(np.int32) for part in (matrix.indices, matrix.indptr))
     return sparse.csr_array((matrix.data, *places), shape=matrix.shape)

@@ -35,7 +35,7 @@ from hpcwhirl.refinement.words import (
     ATTRACTOR,
     NUMBERS,
     Word,
-    apart,
+    any_differ,
     features_of,
     word_of,
 )
@@ -152,7 +152,7 @@ def _cell(
     for point, by in zip(node.corners, second, strict=True):
         rows.append(row[Address(int(by), growth.lattice.level(point), panel, point)])
     words = {tree.word(point) for point in node.corners}
-    mixed = apart({word for word in words if word is not None})
+    mixed = any_differ({word for word in words if word is not None})
     speckle = mixed and tree.is_speckle(cell)
     state = "speckle" if speckle else ("mixed" if mixed else "even")
     return rows, panel, cell[0], STATES.index(state), int(all(second))
@@ -309,7 +309,9 @@ def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]
     more = NUMBERS if by == ATTRACTOR else ()
     rows |= {name: file[name][:] for name in (*_list(file, "over"), "fidelity", *more)}
     words = [*_words(rows, by), ""]  # the last one is for corners without a case
-    differ = [apart({words[case] for case in each} - {""}) for each in own["corner"]]
+    differ = [
+        any_differ({words[case] for case in each} - {""}) for each in own["corner"]
+    ]
     still = own["state"] == STATES.index("speckle")
     own["state"] = np.where(still, own["state"], np.array(differ, dtype=np.int64))
     return Cells(**own), rows

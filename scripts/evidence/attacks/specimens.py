@@ -90,7 +90,7 @@ def without_maps() -> None:
     from hpcwhirl.report import render_process
     from hpcwhirl.report.map import maps
 
-    render_process.draw_apart = maps.draw_map = lambda *_, **__: []
+    render_process.draw_in_process = maps.draw_map = lambda *_, **__: []
 
 
 def undisturbed(mode: Mode, place: Path, *, maps: bool = False) -> Specimen:

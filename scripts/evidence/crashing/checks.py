@@ -66,7 +66,7 @@ def act(kind: Kind, words: list[str]) -> Any:
             march.FIRST_SLICE, march._slices = kind.slices, {}
             march.next_slice = lambda *_: kind.slices
         if not kind.made:  # half a second each, and not what is looked at
-            render_process.draw_apart = maps.draw_map = lambda *_, **__: []
+            render_process.draw_in_process = maps.draw_map = lambda *_, **__: []
         return command(words, own)()
 
     return action
