@@ -1,7 +1,7 @@
 """Whether estimates of truncation, accuracy, presets, rotation hold on random engines.
 
     python scripts/evidence/estimates.py [DIR] [--write]
-        [--only truncation|accuracy|presets|rotation|kept|presets_full]
+        [--only truncation|accuracy|presets|rotation|kept|presets_full|presets_late]
 
 Draws engines (see estimates_drawn.py), measures what each estimate speaks of and prints
 a table: estimate, class, drawn, held, share, median and worst ratio of what was found
@@ -21,10 +21,12 @@ accuracy: largest error of a rotor mode's damped frequency, from the eigenvalues
 step; stated is `solver.accuracy`. presets: words and numbers after 1 s against a finer
 run (scheme exact, the step of `reference`, 80 harmonics), twins whose force differs by
 1e-7 beside them; stated is what presets.toml says of nine engines in ten.
-presets_full: the same with all terms of rotation. rotation: words without the terms
-that `auto` leaves out, against those with them, of engines that touch; beside them
-words without the terms in the basis that those with them have, and twins with the
-terms, in force as above, and in the blades' frequencies by as much as the terms change.
+presets_full: the same with all terms of rotation. presets_late: the same on small
+engines with a film, a layer, a run-up, a closing gap, a rising or released oval, or
+several points a tip (see `of_late_features`). rotation: words without the terms that
+`auto` leaves out, against those with them, of engines that touch; beside them words
+without the terms in the basis that those with them have, and twins with the terms, in
+force as above, and in the blades' frequencies by as much as the terms change.
 `sure`: where a case without the terms and three twins, whose force differs by 1e-5 and
 2e-5, have the same word, and those with the terms, too, undecided included. Where they
 do not, the word is `chance`: held are those of which a permutation test cannot tell the
@@ -59,6 +61,7 @@ PAGE = Path(__file__).with_suffix(".md")
 PLANS = {
     "truncation": (17, 120), "accuracy": (15, 120), "presets": (17, 60),
     "rotation": (32, 60), "kept": (32, 60), "presets_full": (17, 12),
+    "presets_late": (7, 40),
 }  # fmt: skip
 LEAST, ENOUGH = 20, 0.95  # rows of a class of which a share is asked
 TOUCHED = 20  # contacts of blades and steps: below, a motion has hardly begun to touch
@@ -173,10 +176,13 @@ def of_presets(records: list[Record]) -> list[Line]:
     return out
 
 
-def of_presets_full(records: list[Record]) -> list[Line]:
-    """Return the lines of presets with all terms of rotation, of all engines."""
+def of_presets_of(records: list[Record], what: str) -> list[Line]:
+    """Return the lines of presets with a feature, of all engines.
+
+    what : the feature, as the lines tell it
+    """
     whole = [line for line in of_presets(records) if line.kind == "all"]
-    return [replace(line, estimate=f"{FULL}{line.estimate}") for line in whole]
+    return [replace(line, estimate=f"{what}{line.estimate}") for line in whole]
 
 
 def of_rotation(records: list[Record]) -> list[Line]:
@@ -285,7 +291,8 @@ TELL: dict[str, Callable[[list[Record]], list[Line]]] = {
     "presets": of_presets,
     "rotation": of_rotation,
     "kept": of_rotation,
-    "presets_full": of_presets_full,
+    "presets_full": partial(of_presets_of, what=FULL),
+    "presets_late": partial(of_presets_of, what="late features, "),
 }
 
 
