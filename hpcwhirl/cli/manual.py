@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Mapping
+from difflib import get_close_matches
 from functools import cache
 from importlib import resources
 
-from hpcwhirl.errors import unknown
+from hpcwhirl.errors import InputError, one_line, unknown
 
+ALIKE = 0.8  # least similarity of a misspelt name, from 0 to 1
+SHORTEST = 3  # letters of a word that is looked for in titles
 WIDE = 100  # characters in a line, beyond which text is hard to read
 
 
@@ -29,9 +33,25 @@ def run(args: argparse.Namespace) -> int:
         return 0
     texts = pages()
     if args.page not in texts:
-        raise unknown("page of the manual", args.page, texts)
+        raise _no_page(args.page, texts)
     _show(texts[args.page])
     return 0
+
+
+def _no_page(word: str, texts: Mapping[str, str]) -> InputError:
+    """Return the error for a page that does not exist.
+
+    It names the page with a very similar name, else the pages whose title or purpose
+    has the word, else the most similar name.
+
+    word, texts : what was asked for; {name of a page: its text}
+    """
+    heads = {name: text.split("\n\n")[:2] for name, text in texts.items()}
+    found = [n for n, head in heads.items() if word.lower() in " ".join(head).lower()]
+    if get_close_matches(word, texts, 1, ALIKE) or len(word) < SHORTEST or not found:
+        return unknown("page of the manual", word, texts)
+    told = f"unknown page of the manual '{one_line(word)}'"
+    return InputError(f"{told}; see {' or '.join(found)}")
 
 
 @cache

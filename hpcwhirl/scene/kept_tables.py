@@ -233,7 +233,8 @@ def _of_columns(columns: Mapping[str, list[Any]]) -> Rows:
     speeds = columns.get(SPEED, columns.get("w", []))
     missing = [name for name in ("kxx", "cxx") if name not in columns]
     missing += [] if {SPEED, "w"} & columns.keys() else [SPEED]
-    _must(not missing, f"it must have the columns {', '.join(missing)}")
+    told = f"it must have the columns {', '.join(missing)}, separated by commas, got "
+    _must(not missing, f"{told}{shown(', '.join(columns))}")
     none = ["0"] * len(speeds)
     named = [columns.get(n, columns.get(USUAL.get(n, ""), none)) for n in COEFFICIENTS]
     are_alike = all(len(column) == len(speeds) for column in named)

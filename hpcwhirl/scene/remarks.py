@@ -20,6 +20,7 @@ MOST_FRICTION = 1.0  # largest coefficient without a warning; dry metals: 0.1 to
 MOST_TIP_SPEED = 1000.0  # m/s, largest without a warning; engines, turbines: 300 to 600
 MOST_SLENDER = 0.5  # largest ratio of a film's length to diameter that counts as short
 MOST_GAPS = 5.0  # largest motion of the casing by the pulse, in gaps, without a warning
+MOST_GAP = 0.05  # largest gap / tip radius without a warning; engines: 0.001 to 0.005
 RPM = 30.0 / math.pi  # rpm per rad/s
 
 
@@ -91,6 +92,15 @@ _REMARKS = (
         lambda get: (
             f"friction is {get('friction'):g}: it is a coefficient, not a percentage"
         ),
+    ),
+    _Remark(
+        ("gap", "engine.rotor.radius"),
+        lambda get: np.asarray(get("gap"), dtype=float) > MOST_GAP * np.asarray(
+            get("engine.rotor.radius"), dtype=float
+        ),
+        lambda get: f"gap is {get('gap'):g} m, the tip radius "
+        f"{get('engine.rotor.radius'):g} m: lengths are in m, or texts with a unit, as "
+        "gap = \"0.8 mm\"",
     ),
     _Remark(
         ("speed", "engine.rotor.radius"),

@@ -385,7 +385,8 @@ OF_SCENE = (
             (given[-2] > 0.0) | (last_end(*given[:-2]) <= MOST_STEPS * given[-1]),
         lambda *given:
             f"time_step must be >= {last_end(*given[:-2]) / MOST_STEPS:.3g}"
-            f" s ({MOST_STEPS:g} steps), got {given[-1]}"),
+            f" s (a run of {last_end(*given[:-2]):g} s has at most {MOST_STEPS:g} "
+            f"steps), got {given[-1]}"),
     Rule(LASTS,
         lambda *given: (given[3] != "decided") | (given[4] >= end_time(*given[:3])),
         lambda *given: f"longest must be >= {end_time(*given[:3]):g} s (duration), "

@@ -309,7 +309,7 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"rotation": "full", "unbalance": 1e-3, "start_energy": 1.0},
      "start_energy must be 0 with an unbalance or a lost blade"),
     ({"revolutions": 1.0, "speed": 0.0}, "revolutions must be 0 where speed is 0"),
-    ({"time_step": 1e-14}, "time_step must be >= 2.5e-13 s (1e+13 steps)"),
+    ({"time_step": 1e-14}, "s (a run of 2.5 s has at most 1e+13 steps)"),
     ({"until": "decided", "longest": 1.0}, "longest must be >= 2.5 s (duration)"),
     ({"gap": 6.0}, "gap must be <= 5 m, got 6.0"),
 ]  # fmt: skip

@@ -118,6 +118,19 @@ def test_a_misspelt_page_is_answered_by_the_nearest(capsys):
     assert "did you mean 'regimes'?" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("word", "told"),
+    [
+        ("bearing", "see supports"),
+        ("Squeeze", "see supports"),
+        ("gap", "see operation"),
+    ],
+)
+def test_a_word_of_a_page_leads_to_it(word, told, capsys):
+    assert main(["manual", word]) == 2
+    assert f"unknown page of the manual '{word}'; {told}" in capsys.readouterr().err
+
+
 def test_a_terminal_is_shown_headings_without_their_marks(capsys, monkeypatch):
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     assert main(["manual", "trust"]) == 0

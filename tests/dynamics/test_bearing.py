@@ -162,6 +162,7 @@ def test_a_scene_keeps_the_table_and_not_the_file(tmp_path):
     [
         ("a.csv", "kxx,cxx\n1,2\n", "columns frequency"),
         ("a.csv", "frequency,cxx\n1,2\n", "columns kxx"),
+        ("a.csv", "frequency;kxx;cxx\n1;2;3\n", "commas, got 'frequency;kxx;cxx'"),
         ("a.csv", "frequency,kxx,cxx\n2,1,1\n1,1,1\n", "ascend"),
         ("a.csv", "frequency,kxx,cxx\n1,x,1\n", "must be numbers"),
         ("a.csv", "frequency,kxx,cxx\n1,nan,1\n", "finite"),

@@ -27,6 +27,7 @@ WRONG = {
         },
         "film_length is 0.2 m, more than 0.5 of the film's diameter",
     ),
+    "mm of the gap": ({"gap": 0.8}, "gap is 0.8 m, the tip radius 0.5 m: lengths are"),
     "mm": ({"casing.thickness": 41.3}, "lengths are in m"),
 }
 
@@ -53,6 +54,7 @@ def test_each_wrong_unit_is_one_line(wrong):
     "settings",
     [
         {"friction": 1.0},
+        {"gap": 0.025},
         {"speed": 2000.0},  # 1000 m/s at the tips
         {"speed": 4000.0, "rotor.radius": 0.24},
         {"pulse": 0.63, "duration": 0.63001},
