@@ -13,6 +13,8 @@ import sys
 import numpy as np
 import pytest
 from launch import ROOT, python
+from llvmlite.binding import ModuleRef
+from numba import njit
 from numba.core.errors import TypingError
 from rich.console import Console
 
@@ -107,6 +109,31 @@ def test_the_type_of_an_operation_is_worked_out_once(monkeypatch):
     assert polynomial(0.5) == 0.875
     times = [args for key, args in asked if key is operator.mul]
     assert len(times) == len(set(times)) == 1
+
+
+def test_a_part_is_linked_once_into_a_kernel_and_whole_into_other_code(monkeypatch):
+    @part
+    def third(x):
+        return int(3.0 * x) / 9.0
+
+    @part
+    def sixth(x):
+        return third(x) / 2.0 + third(2.0 * x)
+
+    def both(x):
+        return sixth(x) + third(x)
+
+    linked, link = [], ModuleRef.link_in
+
+    def noted(module, other, preserve=False):
+        if preserve:
+            linked.append(other.name.rpartition(".")[2])
+        link(module, other, preserve)
+
+    monkeypatch.setattr(ModuleRef, "link_in", noted)
+    assert kernel(both)(0.7) == 2 / 18 + 4 / 9 + 2 / 9
+    assert (linked.count("third"), linked.count("sixth")) == (1, 1)
+    assert njit(both)(0.7) == 2 / 18 + 4 / 9 + 2 / 9
 
 
 def test_a_compilation_that_fails_leaves_the_collector_on():

@@ -26,9 +26,12 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any, NoReturn
 
+from llvmlite.binding import Linkage
 from numba import njit
+from numba.core import typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import PassManager
 from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
 from numba.core.types.functions import BaseFunction
@@ -101,9 +104,37 @@ class KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
     def _is_rare(self, name: str) -> bool:
         return name.startswith(ENTRY)
 
+    def finalize(self) -> None:
+        """Link each part that is called, also by a part, once; optimise all."""
+        _link_called(self, self._final_module)
+        self._linking_libraries = []
+        super().finalize()
+
     def _optimize_final_module(self) -> None:
         manager, builder = self._codegen._module_pass_manager()
         manager.run(self._final_module, builder)
+
+
+def _link_called(library: Any, module: Any) -> None:
+    """Link into a module what the code of a library calls, directly or not.
+
+    What calls comes before what is called: LLVM leaves out what nothing calls yet.
+    """
+    called: dict[Any, None] = {}
+
+    def add(calling: Any) -> None:
+        for other in reversed(calling._linking_libraries):
+            if other not in called:
+                if isinstance(other, PartLibrary):
+                    add(other)
+                called[other] = None
+
+    add(library)
+    for other in reversed(called):
+        library._reload_init.update(other._reload_init)
+        is_part = isinstance(other, PartLibrary)
+        code = other._final_module if is_part else other._get_module_for_linking()
+        module.link_in(code, preserve=True)
 
 
 class PartLibrary(KernelLibrary):
@@ -112,12 +143,19 @@ class PartLibrary(KernelLibrary):
     The library holds the function as the compiler has lowered it, which cannot run.
     """
 
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
+    def finalize(self) -> None:
+        """Link nothing: a kernel links this and all that this calls."""
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.external:
+                function.linkage = "linkonce_odr"  # many link it
         self._finalized = True
+
+    def _get_module_for_linking(self) -> Any:
+        """Return the code with all that it calls, for a function of `numba.njit`."""
+        if self._shared_module is None:
+            self._shared_module = self._final_module.clone()
+            _link_called(self, self._shared_module)
+        return self._shared_module
 
     @property
     def codegen(self) -> Any:
@@ -140,6 +178,37 @@ class RareLibrary(PartLibrary):
         return True
 
 
+class Steps(PassManager):  # type: ignore[misc, unused-ignore]
+    """Numba's list of the steps of a compilation, here with those that kernels need.
+
+    Numba has 27, among them some for closures, generators and loops over tuples of
+    several types, and analyses the code anew after each.
+    """
+
+    def _runPass(self, _: int, step: Any, state: Any) -> None:
+        step.analysis = self._analysis
+        step.run_pass(state)
+
+
+STEPS = Steps("kernel")
+for step in (
+    untyped_passes.TranslateByteCode,
+    untyped_passes.FixupArgs,
+    untyped_passes.IRProcessing,
+    untyped_passes.RewriteSemanticConstants,
+    untyped_passes.DeadBranchPrune,
+    untyped_passes.GenericRewrites,
+    untyped_passes.ReconstructSSA,
+    typed_passes.NopythonTypeInference,
+    typed_passes.PreLowerStripPhis,
+    typed_passes.IRLegalization,
+    typed_passes.NativeLowering,
+    typed_passes.NoPythonBackend,
+):
+    STEPS.add_pass(step, step.__name__)
+STEPS.finalize()
+
+
 class KernelCompiler(Compiler):  # type: ignore[misc, unused-ignore]
     """Numba's compiler, with another way to optimise and link the machine code.
 
@@ -148,6 +217,10 @@ class KernelCompiler(Compiler):  # type: ignore[misc, unused-ignore]
     """
 
     library: type[JITCodeLibrary] = KernelLibrary
+
+    def define_pipelines(self) -> list[PassManager]:
+        """Return lists of steps, of which the first that succeeds counts."""
+        return [STEPS]
 
     def _compile_bytecode(self) -> Any:
         state = self.state
