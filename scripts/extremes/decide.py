@@ -3,7 +3,8 @@
     python scripts/extremes/decide.py [WORD...]   all, or whose input has a WORD
     python scripts/extremes/decide.py --write     all, and extremes.md anew
     python scripts/extremes/decide.py --random 300 --seed 1
-                                          random scenes of the whole allowed box
+                                          random scenes of the whole allowed box, every
+                                          other one with a feature on (`FEATURES`)
 
 Every scene runs in a process of its own with a time limit, warnings being errors: a
 hang, a crash or a stray line is a finding too. Exits 1 where a law is broken.
@@ -20,7 +21,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import parser_of, table, tell
-from extremes.drawn import random_scene
+from extremes.drawn import random_scene, with_feature
 from extremes.laws import Broken
 from extremes.table import TABLE, Extreme
 
@@ -92,7 +93,8 @@ def at_random(seconds: float, seed: int) -> int:
     """Try random scenes for a while; return how many laws are broken."""
     end, tried, bad, taken = time.monotonic() + seconds, 0, 0, 0
     while time.monotonic() < end:
-        extreme = random_scene(seed + tried)
+        draw = with_feature if tried % 2 else random_scene
+        extreme = draw(seed + tried)
         holds, told = apart(extreme)
         tried += 1
         taken += not told.startswith("refused")

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 from extremes.laws import SHORT, any_law
-from extremes.table import SCHEMES, Extreme
+from extremes.table import FEATURES, SCHEMES, Extreme
 
 from hpcwhirl.scene import Scene, flatten
+from hpcwhirl.scene.input_names import full_name
 
 FEW = 2000  # steps of a random scene
 WIDE, NEAR = 300.0, 3.0  # decades around a default that an input may lie
@@ -61,3 +62,16 @@ def random_scene(seed: int) -> Extreme:
         "solver.accuracy": 0.0,
     }
     return Extreme("random", drawn, any_law)
+
+
+def with_feature(seed: int) -> Extreme:
+    """Return a random scene with a feature on, two of whose numbers are drawn anew."""
+    rng = np.random.default_rng([seed, 1])
+    on, numbers = FEATURES[list(FEATURES)[rng.integers(len(FEATURES))]]
+    own = {full_name(name): value for name, value in on.items()}
+    plain = flatten(Scene()) | own
+    for name in rng.choice(numbers, size=min(2, len(numbers)), replace=False):
+        decades = rng.choice([0.3, 3.0, 30.0]) * rng.uniform(-1.0, 1.0)
+        usual = float(plain[full_name(str(name))] or 1.0)
+        own[full_name(str(name))] = usual * 10.0**decades
+    return Extreme("random", random_scene(seed).settings | own, any_law)
