@@ -102,9 +102,9 @@ build_h5py() {  # VENV
   say "building a parallel h5py (a minute or two)"
   "${PYTHON:-python3}" -m venv --clear --without-pip "$1"
   "$root/.venv/bin/python" -c "$place" >"$("$1/bin/python" -c "$place")/wheels.pth"
-  "${pip[@]}" install cython pkgconfig 'setuptools>=77' wheel
+  "${pip[@]}" install --no-compile cython pkgconfig 'setuptools>=77' wheel
   HDF5_MPI=ON CC=mpicc.openmpi CFLAGS='-O0 -g0' HDF5_LIBDIR=$libraries \
-    HDF5_INCLUDEDIR=/usr/include/hdf5/openmpi "${pip[@]}" install --no-cache-dir --no-build-isolation \
+    HDF5_INCLUDEDIR=/usr/include/hdf5/openmpi "${pip[@]}" install --no-compile --no-cache-dir --no-build-isolation \
     --ignore-installed --no-deps --no-binary=h5py "$h5py_parallel" \
     >"$scratch/h5py.log" 2>&1 ||
     { tail -30 "$scratch/h5py.log" >&2; fail "h5py did not build"; }
