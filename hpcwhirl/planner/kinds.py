@@ -73,7 +73,7 @@ class Grid:
         Parameters
         ----------
         over : (cases,), whether each case has ended, and has no further stage
-        ends : (cases,), how it has ended, as an index in `known.table`
+        ends : (cases,), how it has ended, as an index in the table of `known`
         known : how jobs have ended
         """
         given = over & known.column("is_ok", ends)

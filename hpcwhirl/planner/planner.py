@@ -246,7 +246,7 @@ class Whole(Kind, Protocol):
         Parameters
         ----------
         over : (cases,), whether each case has ended, and has no further stage
-        ends : (cases,), how it has ended, as an index in `known.table`
+        ends : (cases,), how it has ended, as an index in the table of `known`
         known : how jobs have ended
         """
 
@@ -293,7 +293,7 @@ class Planner:
     def ends(self) -> NDArray[np.int32]:
         """How the last stage with a result of each known case has ended, (rows,).
 
-        It is an index in `known.table`; -1: no stage has ended.
+        It is an index in the table of `Ends`; -1: no stage has ended.
         """
         return np.frombuffer(self._end, np.int32)
 

@@ -167,11 +167,12 @@ def layout(value, name=""):
         yield name, type(value), value if isinstance(value, int) else None
 
 
-def called(marched):
+def called(marched, arrays=None):
     """Return the compiled kernel and the layout of all that it is called with."""
     scheme = marched.scheme
     own = inspect.getclosurevars(scheme.kernel).nonlocals
-    given = scheme.arrays, scheme.state, marched.tracks, own["space"]()
+    arrays = arrays or scheme.arrays
+    given = arrays, scheme.state, marched.tracks, own["space_of"]()
     return own["march"], list(layout(given))
 
 
@@ -207,8 +208,7 @@ def test_another_layout_is_other_operations(part, spoil):
     arrays = marched.scheme.arrays
     body = getattr(arrays, part)
     other = body._replace(items=spoil(body.items))
-    marched.scheme.arrays = arrays._replace(**{part: other})
-    assert called(marched)[1] != wanted
+    assert called(marched, arrays._replace(**{part: other}))[1] != wanted
 
 
 def test_what_the_built_in_rotor_may_do_it_may(exported):

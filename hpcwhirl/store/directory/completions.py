@@ -352,7 +352,7 @@ class Ended:
                     self.ends.taken[name] = taken
 
     def _codes(self, rows: Rows) -> NDArray[np.int64]:
-        """Return how the job of each record has ended, as in `Ends.table`, (records,).
+        """Return how the job of each record has ended, (records,), as in `Ends`.
 
         rows : some records of a journal
         """
