@@ -238,6 +238,11 @@ OF_ROTOR = (
     Rule(("lost_blade", "blades"),
         lambda lost, blades: lost < blades,
         lambda lost, blades: f"lost_blade must be < blades ({blades}), got {lost}"),
+    Rule(("polar_inertia", "tilt_inertia"),  # so of any body with two equal diameters
+        lambda polar, tilt: (polar == 0.0) | (tilt == 0.0) | (polar <= 2.0 * tilt),
+        lambda polar, tilt:
+            f"polar_inertia must be <= 2 tilt_inertia ({2.0 * tilt} kg m^2), as of any "
+            f"disk, got {polar}"),
     must_be("springs", "shaft", Unless(f"with fewer than {TILTING} blades",
         ("blades",), lambda blades: blades >= TILTING), got=str),
 )

@@ -254,6 +254,8 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"rotation": "full", "bearing": BEARING, "shaft": "cantilever"},
      "shaft must be springs with a bearing"),
     ({"rotation": "full", "lost_blade": 22}, "lost_blade must be < blades (22)"),
+    ({"rotation": "full", "polar_inertia": 3.0, "tilt_inertia": 1.4},
+     "polar_inertia must be <= 2 tilt_inertia (2.8 kg m^2), as of any disk, got 3.0"),
     ({"rotation": "full", "shaft": "cantilever", "blades": 2},
      "shaft must be springs with fewer than 3 blades"),
     ({"families": "bending", "discretization": "elements"}, "families must be all"),
