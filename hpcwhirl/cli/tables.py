@@ -170,7 +170,9 @@ def print_table(columns: Columns, units: Units, shown: int) -> None:
     wide = Console(width=100_000)  # lines in a pipe are not wrapped
     if sys.stdout.isatty():
         wide = Console(width=max(Console().width, wide.measure(table).minimum))
-    wide.print(table)
+    with wide.capture() as drawn:
+        wide.print(table)
+    print(*map(str.rstrip, drawn.get().splitlines()), sep="\n")
 
 
 def _plain(value: Any) -> Any:

@@ -450,6 +450,17 @@ def test_a_narrow_terminal_shortens_no_number_and_no_word(width, capsys, monkeyp
     assert (width > 2 * len(text)) == (text in out)
 
 
+def test_lines_of_a_table_in_a_pipe_are_whole_and_end_with_their_last_character(capsys):
+    text = 40 * "a message that no terminal shows in one line "
+    columns = {"case": np.arange(2), "message": np.array(["", text.strip()], object)}
+    tables.print_table(columns, dict.fromkeys(columns, ""), 2)
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.rstrip() for line in lines] == lines
+    assert [line.split(maxsplit=1) for line in lines] == [
+        ["case", "message"], ["0"], ["1", text.strip()]
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("rows", [0, 1, 3, 4, 7])
 def test_rows_printed_in_parts_are_the_json_of_all(rows, capsys, monkeypatch):
     monkeypatch.setattr(tables, "AT_ONCE", 3)
