@@ -86,20 +86,24 @@ def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
     return bool((less < 0.0).all(where=pushed | (ahead != 0.0)))
 
 
-def flight_arrays(scene: Scene, beat: int, rotor: Flyer, ring: Floats) -> Flight:
-    """Return the kernel's arrays for jumps of scheme `exact`.
+def flight_arrays(
+    scene: Scene, beat: int, rotor: Callable[[], Flyer], ring: Floats
+) -> Flight | tuple[()]:
+    """Return the kernel's arrays for jumps of scheme `exact`; () for other schemes.
 
     Parameters
     ----------
     scene : scene to integrate
     beat : steps between rows of evidence, at which jumps end
-    rotor : functions for the rotor's motion without contact
+    rotor : returns functions for the rotor's motion without contact; called for `exact`
     ring : coefficients of the ring's modes, packed as in the kernel
     """
+    if not scene.solver.flies:
+        return ()
     total, _ = step_counts(scene)
     counts = np.array([2**p for p in range(LONGEST + 1)] + [beat], dtype=np.int64)
     step = scene.solver.time_step
-    bodies = rotor, flying_modes(passes.unpacked(ring), step)
+    bodies = rotor(), flying_modes(passes.unpacked(ring), step)
     jumps = [
         np.array([body.jump(int(count)).ravel() for count in counts]) for body in bodies
     ]

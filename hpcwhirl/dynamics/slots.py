@@ -26,7 +26,6 @@ from hpcwhirl.dynamics.kernels.wave_types import (
     CyclicCasing,
     CyclicContact,
     CyclicRotor,
-    Flight,
 )
 from hpcwhirl.dynamics.operators import friction_with_sign, lobe_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
@@ -534,10 +533,9 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
     step, mu = scene.solver.time_step, friction_with_sign(scene).hex()
     rotor, hub, column = _rubbed(model, step, mu, flies=scene.solver.flies)
     loading, casing = casing_arrays(model, scene)
-    flight: Flight | tuple[()] = ()
-    if scene.solver.flies:
-        flyer = flying_modes(passes.unpacked(rotor), step)
-        flight = flight_arrays(scene, beat, flyer, casing.items)
+    flight = flight_arrays(
+        scene, beat, lambda: flying_modes(passes.unpacked(rotor), step), casing.items
+    )
     contact_of = CyclicContact(column.copy(), *transforms(model.blades), flight)
     return Arrays(loading, CyclicRotor(rotor, hub), casing, contact_of)
 

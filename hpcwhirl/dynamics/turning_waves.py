@@ -32,7 +32,7 @@ from hpcwhirl.dynamics.kernels import waves
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays
 from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
-from hpcwhirl.dynamics.kernels.wave_types import CyclicContact, Flight, WaveRotor
+from hpcwhirl.dynamics.kernels.wave_types import CyclicContact, WaveRotor
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.slots import casing_arrays, ring_column, transforms
 from hpcwhirl.reduction.model import Model
@@ -363,10 +363,11 @@ def wave_arrays(
     waves_of = np.exp(2j * np.pi * (np.outer(np.arange(blades), k) % blades) / blades)
     column = (waves_of @ np.array(opens)).real + ring_column(model, scene)
     count = waves.FLOW_ITEMS if scene.solver.flies else waves.ITEMS
-    flight: Flight | tuple[()] = ()
-    if scene.solver.flies:
-        flyer = flying_waves(unpacked(rotor.items, count), scene.solver.time_step)
-        flight = flight_arrays(scene, beat, flyer, casing.items)
+    flight = flight_arrays(
+        scene, beat,
+        lambda: flying_waves(unpacked(rotor.items, count), scene.solver.time_step),
+        casing.items,
+    )  # fmt: skip
     contact = CyclicContact(column, *transforms(blades), flight)
     return Arrays(loading, rotor, casing, contact)
 

@@ -84,6 +84,15 @@ class Digests:
         return self._memory[key]
 
 
+def starts_of(words: NDArray[np.void]) -> NDArray[np.uint64]:
+    """Return the first eight bytes of each of n digests as a number, (n,).
+
+    words : (n,), digests of 32 bytes
+    """
+    first = np.frombuffer(words.tobytes(), ">u8").reshape(-1, 4)[:, 0]
+    return first.astype(np.uint64)
+
+
 class CaseDigests(OfCases[str]):
     """Sequence of the digests (SHA-256, hexadecimal) of all cases of a campaign.
 
@@ -238,8 +247,7 @@ class CaseDigests(OfCases[str]):
 
         words : (n,), digests of 32 bytes
         """
-        starts = np.frombuffer(words.tobytes(), ">u8").reshape(-1, 4)[:, 0]
-        starts, ordered = starts.astype(np.uint64), self._index[1]
+        starts, ordered = starts_of(words), self._index[1]
         places = np.searchsorted(ordered, starts)
         inside = places < len(ordered)
         inside[inside] = ordered[places[inside]] == starts[inside]

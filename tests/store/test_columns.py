@@ -20,9 +20,9 @@ from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import (
     SECONDS,
     CaseIndex,
+    Ended,
     ended_in,
     marched,
-    open_in,
     told_by,
 )
 from hpcwhirl.store.directory.journal import Journal, Journals, journal_name
@@ -85,13 +85,14 @@ def wanted(folder, digests):
 
 
 def columns(folder, digests):
+    ended = Ended.nothing(design_of(TABLES).manifest())
     return [
         line
         for rows, case in told_by(Journals(folder), digests)
         for line in zip(
             case,
             *map(rows.words, ("status", "row.outcome", "row.regime")),
-            open_in(rows),
+            (ended.ends.table[code].is_open for code in ended._codes(rows)),
             *(rows.numbers(n, np.nan) for n in ("ended", SECONDS)),
             strict=True,
         )

@@ -29,16 +29,16 @@ from hpcwhirl.planner.planner import (
 from hpcwhirl.refinement.rule import Family, rule_of
 from hpcwhirl.refinement.words import ATTRACTOR
 from hpcwhirl.scene.batch_validation import Many
-from hpcwhirl.scene.digests import CaseDigests
+from hpcwhirl.scene.digests import CaseDigests, starts_of
 from hpcwhirl.scene.quantities import WHOLE
-from hpcwhirl.scene.words import OPEN, is_open
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest, digests_of
 from hpcwhirl.store.directory.reader import Rows
 
 SECONDS = "performance.seconds"
-# fields whose words tell how a job has ended
-WORDS = ("status", "row.outcome", "row.regime", "row.whirl", "row.stop")
+# words that tell how a job has ended, of the table `row` and all by their full names
+OF_ROW = ("outcome", "regime", "whirl", "stop")
+WORDS = ("status", *(f"row.{name}" for name in OF_ROW))
 DIGEST = re.compile("[0-9a-f]{64}")
 MARCHED = ("row.steps", "row.certificate", "row.duration")
 Cases = NDArray[np.int64]
@@ -72,14 +72,16 @@ def marched_in(rows: Rows) -> NDArray[np.float64]:
     return marched(*(rows.numbers(name, np.nan) for name in MARCHED))
 
 
-def open_in(rows: Rows) -> NDArray[np.bool_]:
-    """Return for each record whether a longer run may change its regime, (records,).
+def _planned_in(rows: Rows) -> NDArray[np.bool_]:
+    """Return for each record whether its job is a case to its planned duration.
+
+    Returns (records,); it is False for a twin and for a longer run of an extension.
 
     rows : some records of a journal
     """
-    status, regime, stop = map(rows.words, ("status", "row.regime", "row.stop"))
-    still = np.logical_or.reduce([regime == word for word in OPEN])
-    return np.asarray(still & (status == "ok") & (stop == "end"))
+    return np.asarray(
+        (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
+    )
 
 
 def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[Rows, Cases]]:
@@ -99,8 +101,7 @@ def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[Rows, 
     """
     known = CaseIndex(digests)
     for rows in journals.rows():
-        planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
-        yield rows, np.where(planned, known.cases_of(rows), -1)
+        yield rows, np.where(_planned_in(rows), known.cases_of(rows), -1)
 
 
 class CaseIndex:
@@ -329,8 +330,7 @@ class Ended:
         there = (twin >= 0) & (twin <= _twins(self.plan)) & (stage >= 0)
         at = np.flatnonzero(there & (cases >= 0))
         self.ends.codes[cases[at], twin[at].astype(np.int64), stage[at]] = code[at]
-        planned = (twin == 0) & (rows.numbers("longest", 0.0) == 0)
-        own = np.flatnonzero(planned & (cases >= 0))
+        own = np.flatnonzero(_planned_in(rows) & (cases >= 0))
         case, ok = cases[own], rows.words("status") == OK
         seconds = np.where(ok, rows.numbers(SECONDS, np.nan), np.nan)
         self.over[case], self.ok[case] = ~again[own], ok[own]
@@ -364,7 +364,13 @@ class Ended:
         kinds, number = np.unique(key, return_inverse=True)
         places = np.unravel_index(kinds, tuple(map(len, lists)))
         each = ([words[i] for i in at] for words, at in zip(lists, places, strict=True))
-        ways = [self.ends.code(_end_of(*words)) for words in zip(*each, strict=True)]
+        ends = [
+            completion_of(
+                {"status": status, "row": dict(zip(OF_ROW, row, strict=True))}
+            )
+            for status, *row in zip(*each, strict=True)
+        ]
+        ways = [self.ends.code(end) for end in ends]
         out = np.array(ways, dtype=np.int64)[number]
         odd = {n for name in WORDS for n in rows.others.get(name, {})}
         of_motion = self.plan.refine.get("words") == ATTRACTOR
@@ -374,14 +380,6 @@ class Ended:
                 end if of_motion else end._replace(features=())
             )
         return out
-
-
-def _end_of(
-    status: str, outcome: str, regime: str, whirl: str, stop: str
-) -> Completion:
-    """Return how a job has ended, by the words of its record, without its motion."""
-    still = status == OK and is_open({"regime": regime, "stop": stop})
-    return Completion(status, outcome, regime, whirl, still)
 
 
 class Asked:
@@ -402,8 +400,7 @@ class Asked:
         if not self.names:
             return
         words, has = rows.slots["digest"], rows.has("digest")
-        starts = np.frombuffer(words.tobytes(), ">u8").reshape(-1, 4)[:, 0]
-        like = np.isin(starts.astype(np.uint64), np.array(self._starts, np.uint64))
+        like = np.isin(starts_of(words), np.array(self._starts, np.uint64))
         for record in np.flatnonzero(like & has).tolist():
             name = bytes(words[record]).hex()
             if name in self.names:
