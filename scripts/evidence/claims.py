@@ -1,12 +1,12 @@
 """Each claim of the program asked on a population of drawn scenes.
 
-    python scripts/evidence/claims.py [NAME...] [--count N] [--seed 45] [--file ROWS] [--write]
+    python scripts/evidence/claims.py [NAME...] [--count N] [--seed S] [--write]
 
 A claim is a module of `populations`. Its docstring says in its first line what is
 claimed, `COUNT` on how many scenes it is asked, `LEAST` which share of them must hold
 (1.0: a law); `drawn(seed, index)` draws a scene, `judged(row)` measures it and returns
 at least `held`: True, False, or None where the claim says nothing of this scene, and
-`why` where it does not hold. Rows go to ROWS (JSON lines, resumable; default a
+`why` where it does not hold. Rows go to --file (JSON lines, resumable; default a
 temporary file). Exits 1 where fewer hold than must.
 """
 
@@ -60,7 +60,7 @@ def judge(name: str, count: int, seed: int, file: Path) -> list[Row]:
 
 
 def holds(name: str, rows: list[Row]) -> bool:
-    """Return whether as many of a claim's scenes hold as must; False if none was asked."""
+    """Return whether enough of a claim's scenes hold; False if none was asked."""
     asked = [row["held"] for row in rows if row["held"] is not None]
     return bool(asked) and sum(asked) >= population(name).LEAST * len(asked)
 
