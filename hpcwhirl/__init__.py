@@ -8,7 +8,8 @@ dimension `case` into one axis per swept input; `shares` estimates the probabili
 each regime where inputs were drawn, `basins` the share of starts that end on each
 motion; `credibility` counts the cases that keep their word in all their twins;
 `safe_ranges` returns the ranges of an input in which all cases are damped,
-`first_changes` the strongest pulse up to which they are; `edge` follows the motion on
+`first_changes` the strongest pulse up to which they are; `compare` says which words of
+two campaigns differ, and how far their numbers do; `edge` follows the motion on
 the boundary between two words. Each is imported on first use.
 """
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from hpcwhirl.analysis.basins import basins
+    from hpcwhirl.analysis.comparison import compare
     from hpcwhirl.analysis.margins import first_changes, safe_ranges
     from hpcwhirl.analysis.shares import shares
     from hpcwhirl.campaign import campaign
@@ -34,14 +36,15 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 __all__ = [
     "Design", "Scene", "StoppedError", "__version__", "basins", "campaign",
-    "credibility", "edge", "first_changes", "grid", "open_results", "safe_ranges",
-    "shares", "simulate", "words",
+    "compare", "credibility", "edge", "first_changes", "grid", "open_results",
+    "safe_ranges", "shares", "simulate", "words",
 ]  # fmt: skip
 
 _HOMES = {
     "Design": "hpcwhirl.campaign.plan.design",
     "Scene": "hpcwhirl.scene",
     "StoppedError": "hpcwhirl.errors",
+    "compare": "hpcwhirl.analysis.comparison",
     "edge": "hpcwhirl.campaign.edge",
     "first_changes": "hpcwhirl.analysis.margins",
     "basins": "hpcwhirl.analysis.basins",

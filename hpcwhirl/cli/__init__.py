@@ -27,6 +27,7 @@ COMMANDS = {
     "basins": "list which share of starts ends on each motion, at each point",
     "sensitivity": "compute Sobol indices: which drawn input makes an output vary",
     "cases": "list the cases of a campaign that meet a condition",
+    "compare": "compare two campaigns: words that changed, numbers that moved",
     "margin": "list the ranges of an input in which all cases are damped",
     "branches": "list where sweeps up and down change their words",
     "edge": "follow the motion on the boundary between two words",

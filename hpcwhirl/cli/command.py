@@ -44,7 +44,17 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 LEAST_MEMORY = 400_000  # KiB of address space (ulimit -v); with 150,000, OpenBLAS may
 # try to allocate for ever without a message
 # commands that only print
-TELL = {"branches", "cases", "doctor", "inputs", "manual", "margin", "model", "status"}
+TELL = {
+    "branches",
+    "cases",
+    "compare",
+    "doctor",
+    "inputs",
+    "manual",
+    "margin",
+    "model",
+    "status",
+}
 TELLING = {"-h", "--help", "--version", "--dry-run", "--example"}  # so do these options
 LAYOUT = {ord(c): " " for c in "\n\t\xa0"}  # white space allowed in arguments
 TOGETHER = ("campaign", "gather", "doctor")  # commands that all ranks run
