@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.columns import WORD, source_of
 from hpcwhirl.errors import InputError
-from hpcwhirl.store.reading.select import follows, swept_of, variable_of
+from hpcwhirl.store.reading.select import counted, follows, swept_of, variable_of
 from hpcwhirl.store.reading.shares import COUNT, MAJORITY
 
 if TYPE_CHECKING:
@@ -127,8 +127,10 @@ def safe_ranges(
 def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
     """Return a campaign's lines of cases, which differ only in the input `over`.
 
-    Parameters are those of `safe_ranges`.
+    Cases whose word a confirming preset has superseded are on no line. Parameters are
+    those of `safe_ranges`.
     """
+    data = counted(data)
     swept = swept_of(data)
     name = variable_of(over, swept)
     values = data[name].to_numpy()

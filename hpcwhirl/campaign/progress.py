@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.planner.planner import OK
+from hpcwhirl.planner.planner import OK, Planner
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import SHOWN, word_of
@@ -33,7 +33,12 @@ from hpcwhirl.store.directory.completions import (
 from hpcwhirl.store.directory.heartbeats import Note
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest
-from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
+from hpcwhirl.store.directory.refined import (
+    dropped_of,
+    grown_plan,
+    rows_of,
+    superseded,
+)
 from hpcwhirl.store.reading.shares import words_of
 
 # A rank counts as gone if none of its cases ended within this multiple of the longest
@@ -82,7 +87,8 @@ class Progress:
     core_hours : kernel time spent, including cases computed twice, h
     core_hours_left : predicted kernel time of the cases left, h; None if unknown
     idle_for : time since the last case finished, s; None before the first
-    words : {word: number of ended cases}, as `cases` and maps show them
+    words : {word: number of ended cases}, as maps show them: without cases whose word
+        a confirming preset has superseded
     statuses : {status: number of ended cases}, as in results.h5
     running : what each rank computes now, the longest running first
     grows : whether refined cases may still be added
@@ -258,17 +264,27 @@ class Seen:
             self._count(status[over].tolist(), word[over].tolist())
             self.without = int(((status != OK) & over).sum())
         else:
-            self.open = planner.open[rows_of(manifest, planner)]
-            self.without = int((planner.failed_alone & ~planner.open).sum())
-            ends, table = planner.ends[planner.ends >= 0], planner.known.table
-            words = np.array([word_of(*end[:3]) for end in table], dtype=object)
-            of = np.array([end.status for end in table], dtype=object)
-            self._count(of[ends].tolist(), words[ends].tolist())
-            self.twins = planner.count_twins()
+            self._plan(planner)
         known = CaseIndex(manifest.digests)
         named = {digest for note in self.notes for digest in note.digests}
         cases = {name: known.find(name, -1) for name in named}
         self.ends = {n: float(last[case]) for n, case in cases.items() if case >= 0}
+
+    def _plan(self, planner: Planner) -> None:
+        """Set what a campaign's planner tells: how cases have ended, what is left.
+
+        A case that was computed again to confirm its word counts only in `statuses`.
+        """
+        rows, table = rows_of(self.manifest, planner), planner.known.table
+        self.open = planner.open[rows]
+        self.without = int((planner.failed_alone & ~planner.open).sum())
+        self.twins = planner.count_twins()
+        ended = planner.ends >= 0
+        counts = ended.copy()
+        counts[rows[superseded(self.manifest)]] = False
+        words = [word_of(*table[end][:3]) for end in planner.ends[counts].tolist()]
+        statuses = [table[end].status for end in planner.ends[ended].tolist()]
+        self._count(statuses, words)
 
     def _read(self, journals: Journals) -> tuple[Words, Words, Floats]:
         """Read what each rank has computed, and how each case of the plan has ended.

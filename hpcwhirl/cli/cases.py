@@ -21,7 +21,7 @@ from hpcwhirl.cli.tables import (
 )
 from hpcwhirl.errors import InputError, say
 from hpcwhirl.scene.units import with_unit
-from hpcwhirl.store.reading.select import swept_of, where
+from hpcwhirl.store.reading.select import FINAL, counting, swept_of, where
 
 if TYPE_CHECKING:
     import xarray
@@ -177,7 +177,8 @@ def _columns(
         twins = (n for n in TWINS if n in data)
         numbers = (n for n in NUMBERS if n in data)
         over = (n for n in OVER_SPEED if n in data)
-        wanted = [WORD, *ENDS, *twins, "whirl", *numbers, *over, "message"]
+        again = [] if counting(data).all() else [FINAL]
+        wanted = [WORD, *again, *ENDS, *twins, "whirl", *numbers, *over, "message"]
     names = dict.fromkeys(["case", *swept, *wanted])
     columns = {name: _counts(source.column(name), data, name) for name in names}
     if not np.array_equal(chosen, np.arange(source.cases)):

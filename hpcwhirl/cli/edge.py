@@ -163,7 +163,8 @@ def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
     with open_results(place) as data, Results(place) as results:
         swept = {n: data[n].to_numpy() for n in select.swept_of(data)}
         mask = select.where(at, swept)
-        cases = np.arange(data.sizes["case"]) if mask is None else np.flatnonzero(mask)
+        mask = select.counting(data) & (True if mask is None else mask)
+        cases = np.flatnonzero(mask)
         found = first_changes(data.isel(case=cases), "force")
         out = []
         for one in found:

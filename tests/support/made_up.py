@@ -152,7 +152,8 @@ def refined_campaign(folder, document, field, seed=1, radius=None):
             record = {"digest": computed.digest, "performance": WHERE} | computed.facts
             made = {name: kinds.get(v.kind, "none") for name, v in ROW.items()}
             scene = design.scene(case)
-            made |= {n: getattr(scene, n) for n in ("speed", "gap", "friction")}
+            inputs = ("speed", "gap", "friction", "force")
+            made |= {name: getattr(scene, name) for name in inputs}
             regime, _, whirl = (word or "").partition(" ")
             made |= {"outcome": "completed", "regime": regime, "window": 1.0}
             made |= {"whirl": whirl or "none"}

@@ -179,10 +179,7 @@ def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
     three inputs are refined, the input that is no axis has a panel for each coarse
     value, unless the option `at` selects others.
     """
-    found = np.ones(data.sizes["case"], dtype=bool)
-    if "final" not in data:
-        return found
-    found &= data["final"].to_numpy() == 1
+    found = select.counting(data)
     over = [str(n).removeprefix(PLACE) for n in data if str(n).startswith(PLACE)]
     if len(over) <= 2:
         return found

@@ -42,7 +42,7 @@ from hpcwhirl.scene.words import SHOWN, WHIRLS
 from hpcwhirl.store.atomic import sweep_idle, write_whole
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
-from hpcwhirl.store.reading.select import known_counts
+from hpcwhirl.store.reading.select import counting, known_counts
 from hpcwhirl.store.reading.shares import SHARE, SURE, find_credibility
 from hpcwhirl.store.results.cells import read_refined
 
@@ -86,6 +86,7 @@ def page_data(results: Results) -> PageData:
     facts = {
         "engine": plan.engine,
         "cases": len(results),
+        "superseded": np.flatnonzero(~counting(results)).tolist(),
         "facts": {n: results.attrs[n] for n in FACTS if n in results.attrs},
         "digest": results.digest(),
         "inputs": _inputs(results),

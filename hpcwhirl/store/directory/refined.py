@@ -157,6 +157,20 @@ def plan_of_results(path: Path, file: h5py.File) -> Manifest:
     return _extended(plan, family, more, digest_of(plan, family))
 
 
+def superseded(plan: Manifest) -> NDArray[np.bool_]:
+    """Return for each case of a plan whether its word no longer counts, (cases,).
+
+    It does not where the confirming preset has given a word at the same point; nor does
+    the repetition where it has given none.
+    """
+    if not isinstance(plan, RefinedPlan) or plan.growth is None:
+        return np.zeros(len(plan.digests), dtype=bool)
+    words = [tree.words[CONFIRM] for tree in plan.growth.trees]
+    second = (words[a.panel].get(a.point) is not None for a in plan.addresses)
+    pairs = zip(plan.addresses, second, strict=True)
+    return np.array([a.fidelity != int(s) for a, s in pairs], dtype=bool)
+
+
 def columns_of(plan: Manifest) -> dict[str, NDArray[Any]]:
     """Return the variables that refinement adds to results, {variable: (cases,)}.
 
@@ -165,12 +179,11 @@ def columns_of(plan: Manifest) -> dict[str, NDArray[Any]]:
     """
     if not isinstance(plan, RefinedPlan) or plan.growth is None:
         return {}
-    family, trees, rows = plan.family, plan.growth.trees, plan.addresses
+    family, rows = plan.family, plan.addresses
     names = preset_of(digests_of(plan).base), family.rule.confirm
-    second = [trees[a.panel].words[CONFIRM].get(a.point) is not None for a in rows]
     columns: dict[str, list[Any]] = {
         "preset": [names[a.fidelity].encode() for a in rows],
-        "final": [a.fidelity == int(s) for a, s in zip(rows, second, strict=True)],
+        "final": (~superseded(plan)).tolist(),
     }
     for name in ("fidelity", "level", "panel"):
         columns[name] = [getattr(a, name) for a in rows]

@@ -239,6 +239,11 @@ class Results:
         known, given = input_names(), self.settings(case)
         return apply_settings(Scene(), {n: v for n, v in given.items() if n in known})
 
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Number of cases, by the name that it has in a dataset: {"case": cases}."""
+        return {"case": len(self)}
+
     def finished(self) -> list[int]:
         """Return the numbers of the cases that gave a result."""
         return [int(i) for i in np.flatnonzero(self["status"] == "ok")]

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from hpcwhirl.store.reading.results_file import Results
 
 SWEPT = "swept input"  # what most names of variables stand for, in messages
+FINAL = "final"  # variable of refined campaigns: 0 where a word is superseded
 SAME = 1e-9  # relative difference up to which numbers count as equal
 MOST_SHOWN = 8  # largest number of values in a message
 UNITS = {variable_name(name): quantity.unit for name, quantity in INPUTS.items()}
@@ -33,6 +34,24 @@ Mask = NDArray[np.bool_]
 def swept_of(data: xarray.Dataset | Results) -> list[str]:
     """Return the names of the swept inputs' variables in results, in file order."""
     return [n for n in str(data.attrs.get("swept", "")).split() if n in data]
+
+
+def counting(data: xarray.Dataset | Results) -> Mask:
+    """Return for each case whether its word counts, (cases,).
+
+    Where a refined map was confirmed by a second preset, a point has two cases: the
+    word of the first one is superseded as soon as the second one has a word. All other
+    cases count, in any campaign.
+    """
+    if FINAL not in data:
+        return np.ones(data.sizes["case"], dtype=bool)
+    return np.asarray(np.asarray(data[FINAL]) == 1)
+
+
+def counted(data: xarray.Dataset) -> xarray.Dataset:
+    """Return results with only the cases whose words count, see `counting`."""
+    mask = counting(data)
+    return data if mask.all() else data.isel(case=np.flatnonzero(mask))
 
 
 def follows(data: xarray.Dataset, name: str, by: str) -> bool:

@@ -13,6 +13,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.scene.quantities import ROW, STATUS
 from hpcwhirl.scene.units import Quantity
 from hpcwhirl.scene.words import ENUMS, NO_REGIME, REGIMES
+from hpcwhirl.store.reading.select import counting
 
 if TYPE_CHECKING:
     import xarray
@@ -194,6 +195,6 @@ def find_credibility(data: xarray.Dataset | Results) -> Credibility | None:
     if COUNT not in data or TWINS_OF not in data.attrs:
         return None
     count, share = (np.asarray(data[name]) for name in (COUNT, SHARED))
-    has = (count > 0) & np.isfinite(share)
+    has = counting(data) & (count > 0) & np.isfinite(share)
     of, most = str(data.attrs[TWINS_OF]), int(count.max(initial=0))
     return Credibility(of, int(has.sum()), int((share[has] == 1.0).sum()), most)

@@ -3,7 +3,9 @@
 const element = (id) => document.getElementById(id);
 const told = JSON.parse(element("facts").textContent);
 const COUNT = told.cases;
-const CASES = Array.from({ length: COUNT }, (_, i) => i);
+// Cases whose words count: a case that a confirming preset has computed again does not.
+const superseded = new Set(told.superseded);
+const CASES = Array.from({ length: COUNT }, (_, i) => i).filter((i) => !superseded.has(i));
 
 function bytesOf(text) {
   const raw = atob(text);

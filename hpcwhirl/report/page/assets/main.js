@@ -100,7 +100,7 @@ function drawLegend(colour) {
 function tellShown() {
   const fixed = leftOver(choice).filter((axis) => at[axis.name] !== "all");
   const where = fixed.map((axis) => `${axis.title} = ${levelText(axis.levels[at[axis.name]], axis.factor)}`).join(", ");
-  const some = state.shown.length < COUNT ? `${state.shown.length} of ${counted(COUNT)}` : counted(COUNT);
+  const some = state.shown.length < CASES.length ? `${state.shown.length} of ${counted(CASES.length)}` : counted(CASES.length);
   element("shown").textContent = `${some}${where ? ` at ${where}` : ""}. Click a cell, or use the arrow keys.`;
 }
 
@@ -142,7 +142,7 @@ function applyFilter() {
     const tree = text ? parse(text) : null;
     state.matches = tree ? compile(tree, filterName) : () => true;
     const count = CASES.filter(state.matches).length;
-    element("filter-note").textContent = text ? `${count} of ${counted(COUNT)}` : "";
+    element("filter-note").textContent = text ? `${count} of ${counted(CASES.length)}` : "";
     element("filter").removeAttribute("aria-invalid");
   } catch (failed) {
     element("filter-note").textContent = failed.message;
@@ -339,7 +339,7 @@ function rename() {
     const changed = nameAll();
     const moved = told.thresholds.filter((t) => limits[t.name] !== given[t.name]);
     const note = element("limits-note");
-    note.replaceChildren(textElement("p", moved.length ? `${changed} of ${counted(COUNT)} have other words than in the file.` : ""));
+    note.replaceChildren(textElement("p", moved.length ? `${changed} of ${counted(CASES.length)} have other words than in the file.` : ""));
     if (moved.length) {
       const away = told.thresholds.filter((t) => limits[t.name] !== t.default);
       note.append(commandBlock("Store these words in the results", `hpcwhirl classify DIR${away.map((t) => ` --set ${t.name}=${limits[t.name]}`).join("")}`));
@@ -370,6 +370,7 @@ function drawHead() {
   element("lead").textContent = [
     over || "nothing is swept", told.fixed.join(", "), `results of ${told.facts.created ?? "unknown time"}`,
     `hpcwhirl ${told.facts.version ?? "?"}`, thinned(),
+    ...(superseded.size ? [`${superseded.size} of the cases were computed again by a finer preset, which counts`] : []),
     ...(told.twins ? [`coloured by most of twins and case; ${told.twins}`] : []),
   ].filter(Boolean).join(" · ");
   element("preset").hidden = !told.facts.preset;
