@@ -20,6 +20,14 @@ from typing import Any
 COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75  # exit codes
 LONGEST = 2000  # largest number of characters of a message
 SHOWN = 100  # largest number of characters of a value repeated in a message
+FORMULA = (
+    "=",
+    "+",
+    "-",
+    "@",
+    "\t",
+    "\r",
+)  # first characters of a spreadsheet's formula
 # errno of temporary failures, which end once someone frees space or remounts the file
 # system; a file server may report them in any call, as late as fsync or close
 PASSING = {errno.ENOSPC, errno.EDQUOT, errno.EROFS}
@@ -130,6 +138,27 @@ def legible(text: str) -> str:
         else ascii(c)[1:-1]
         for c in text
     )
+
+
+def csv_cell(value: Any) -> Any:
+    """Return a value for a CSV file that a spreadsheet may open.
+
+    A text that a spreadsheet would take for a formula gets an apostrophe in front;
+    control characters are escaped. Numbers, also those written as texts, are unchanged.
+    """
+    if not isinstance(value, str):
+        return value
+    if value.startswith(FORMULA) and not _is_number(value):
+        value = f"'{value}"
+    return legible(value)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def text_of(failed: BaseException) -> str:

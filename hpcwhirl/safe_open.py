@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 NOT_REGULAR = "not a regular file"
+NOT_NEW = "{} is a link, or is not empty"
 
 
 def open_regular(path: Path | str, mode: str = "rb", buffering: int = -1) -> Any:
@@ -41,6 +42,48 @@ def _opener(path: str, flags: int) -> int:
         os.close(handle)
         raise
     return handle
+
+
+def open_new(path: Path, mode: str = "ab") -> Any:
+    """Open a file, unbuffered, that this process alone writes; it is made or empty.
+
+    Neither a symbolic link nor a second name (hard link) of another file is written to:
+    who may write in the folder could otherwise redirect the writes to any file of the
+    owner of this process.
+
+    Raises
+    ------
+    OSError
+        as `open`; and for a link, a file with content, or no regular file
+    """
+    return open(path, mode, 0, opener=_new_opener)
+
+
+def _new_opener(path: str, flags: int) -> int:
+    """Open an empty file that has one name; the `opener` of `open_new`.
+
+    The file is not truncated, since it is checked only once it is open.
+    """
+    flags &= ~os.O_TRUNC
+    try:
+        handle = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+    except OSError as failed:
+        if failed.errno == errno.ELOOP:
+            raise _not_new(path) from None
+        raise
+    try:
+        state = os.fstat(handle)
+        _refuse(state, path)
+        if state.st_nlink != 1 or state.st_size:
+            raise _not_new(path)  # noqa: TRY301 - the file is closed below
+    except BaseException:
+        os.close(handle)
+        raise
+    return handle
+
+
+def _not_new(path: str) -> OSError:
+    return OSError(errno.EEXIST, NOT_NEW.format(Path(path).name), path)
 
 
 def check_regular(path: Path | str) -> int:

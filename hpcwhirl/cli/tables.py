@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import add_json, add_units, asked_units, json_of
-from hpcwhirl.errors import legible, one_line
+from hpcwhirl.errors import csv_cell, one_line
 from hpcwhirl.scene.units import AS_STORED, showing, shown_in
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
     out = csv.writer(sys.stdout, lineterminator="\n")
     out.writerow(f"{n} [{units[n]}]" if headed and units[n] else n for n in columns)
     for part in _parts(columns):
-        out.writerows(zip(*(map(_plain, values) for values in part), strict=True))
+        out.writerows(zip(*(map(csv_cell, values) for values in part), strict=True))
 
 
 def print_table(columns: Columns, units: Units, shown: int) -> None:
@@ -173,10 +173,6 @@ def print_table(columns: Columns, units: Units, shown: int) -> None:
     with wide.capture() as drawn:
         wide.print(table)
     print(*map(str.rstrip, drawn.get().splitlines()), sep="\n")
-
-
-def _plain(value: Any) -> Any:
-    return legible(value) if isinstance(value, str) else value
 
 
 def cell(value: Any) -> str:

@@ -122,3 +122,25 @@ def test_what_shows_results_may_be_a_fifo_and_nobody_waits(name, tmp_path):
         f"print(is_stale(Directory(place)), wish_of(place / {name!r}))"
     )
     assert python(read, check=True).stdout.split() == ["False", "None"]
+
+
+@pytest.mark.parametrize("plant", [Path.symlink_to, Path.hardlink_to, shutil.copyfile])
+@pytest.mark.parametrize("part", ["journal", "traces", "running"])
+def test_a_rank_writes_into_no_file_but_one_that_it_made(plant, part, tmp_path):
+    """Who may write in the directory must not choose what its owner's ranks write."""
+    victim = tmp_path / "victim"
+    victim.write_bytes(b"kept")
+    (tmp_path / part).mkdir()
+    ending = "bin" if part == "traces" else "log"
+    aim = tmp_path / part / f"0001-00001.{ending}"
+    plant(*((victim, aim) if plant is shutil.copyfile else (aim, victim)))
+    with pytest.raises(MissingFileError, match="is a link, or is not empty"):  # noqa: SIM117
+        with Journal(Journals(tmp_path), 1, 1), Running(Notes(tmp_path), 1, 1):
+            pass
+    assert victim.read_bytes() == b"kept"
+
+
+def test_a_file_of_a_rank_may_exist_empty_as_that_of_a_claimed_run_does(tmp_path):
+    number = Journals(tmp_path).claim_run()
+    with Journal(Journals(tmp_path), number, 0), Running(Notes(tmp_path), number, 0):
+        pass

@@ -1,5 +1,6 @@
 """Text is UTF-8 from the input to every file; control characters stay outside."""
 
+import csv
 import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 
 import hpcwhirl
 from hpcwhirl.cli import main
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, csv_cell, legible
 from hpcwhirl.scene import Scene
 
 SHORT = "scene = {duration = 2e-3}\nsolver = {time_step = 2e-6}\n"
@@ -117,6 +118,27 @@ def test_what_a_file_holds_reaches_no_terminal_and_no_picture(
     for path in out.glob("*.svg"):
         ET.parse(path)
         assert odd not in path.read_text()
+
+
+FORMULAS = ("=cmd|' /C calc'!A0", "+1+1", "-2+3", "@SUM(1)", "=1,2", "\t=1")
+
+
+@pytest.mark.parametrize("formula", FORMULAS)
+def test_no_text_is_a_formula_in_a_spreadsheet(finished, tmp_path, capsys, formula):
+    """README names the table for a spreadsheet; a message may quote anyone's text."""
+    out = Path(shutil.copytree(finished, tmp_path / "out"))
+    with h5py.File(out / "results.h5", "r+") as file:
+        file["message"][:] = np.bytes_(formula.encode())
+        file["growth_rate"][:] = -1.5
+    assert main(["cases", str(out), "--csv", "--columns", "message,growth_rate"]) == 0
+    rows = list(csv.DictReader(capsys.readouterr().out.splitlines()))
+    assert {row["message"] for row in rows} == {legible(f"'{formula}")}
+    assert {row["growth_rate [1/s]"] for row in rows} == {"-1.5"}
+
+
+@pytest.mark.parametrize("given", ["damped", "-1.5", "+2e-3", "-inf", "a=b", "", "1-2"])
+def test_numbers_and_other_texts_are_written_to_csv_as_they_are(given):
+    assert csv_cell(given) == given
 
 
 def test_text_of_a_file_that_called_it_ascii_is_read_as_utf8(finished, tmp_path):

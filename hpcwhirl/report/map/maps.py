@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, csv_cell
 from hpcwhirl.report.canvas import FIXED, part_of_name, save
 from hpcwhirl.report.map.data import Picture, Wish, picture_of, with_cells
 from hpcwhirl.report.page.build import is_stale
@@ -60,7 +60,8 @@ class Drawing:
         shown = self.picture
         rows = shares_table(self.shares) if shown is None else picture_table(shown)
         text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows(rows)
+        out = csv.writer(text, lineterminator="\n")
+        out.writerows(map(csv_cell, row) for row in rows)
         write_whole(path, text.getvalue().encode())
         return path
 

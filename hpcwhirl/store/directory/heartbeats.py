@@ -22,7 +22,7 @@ from mmap import mmap
 from pathlib import Path
 
 from hpcwhirl.errors import MissingFileError
-from hpcwhirl.safe_open import open_regular, read_regular
+from hpcwhirl.safe_open import open_new, read_regular
 from hpcwhirl.store.atomic import telling
 from hpcwhirl.store.directory.journal import journal_name, listed
 from hpcwhirl.store.directory.record import Record, opened, sealed
@@ -50,7 +50,7 @@ class Running(AbstractContextManager["Running"]):
         self._memory: mmap | bytearray = bytearray()
         with telling(f"in {notes.folder}"):
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = open_regular(self._path, "w+b", 0)
+            self._file = open_new(self._path, "w+b")
 
     def begin(self, digests: Iterable[str]) -> None:
         """Write a note that this rank begins to compute some cases.

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import MissingFileError, StoreError, unreadable
-from hpcwhirl.safe_open import open_regular
+from hpcwhirl.safe_open import open_new, open_regular
 from hpcwhirl.store.atomic import keep_names, telling
 from hpcwhirl.store.directory.reader import Rows, rows_in
 from hpcwhirl.store.directory.record import (
@@ -187,8 +187,8 @@ class Journal(AbstractContextManager["Journal"]):
             for place in (journals.logs, journals.blocks):
                 place.mkdir(parents=True, exist_ok=True)
             log, bin_ = journals.logs / f"{name}.log", journals.blocks / f"{name}.bin"
-            self._records = both.enter_context(open_regular(log, "ab", 0))
-            self._blocks = both.enter_context(open_regular(bin_, "ab", 0))
+            self._records = both.enter_context(open_new(log))
+            self._blocks = both.enter_context(open_new(bin_))
             self._both = both.pop_all()
         self._header, self._head = header_of(plan, bin_.name, fields_of(measured))
         self._named = False  # whether the names of both files are synced
