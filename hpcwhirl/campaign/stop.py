@@ -60,6 +60,7 @@ class Stopping:
         self._deadline: float | None = None
         self._pilot_ends: float | None = None
         self._looked = 0.0
+        self._heard = 0  # number of the last stop signal
         self._before: dict[int, Any] = {}
 
     def watch(self, file: Path | None, seconds: float | None) -> None:
@@ -105,7 +106,20 @@ class Stopping:
             raise Stop
 
     def _hear(self, number: int, _frame: FrameType | None) -> None:
+        self._heard = number
         self.ask(f"signal {signal.Signals(number).name.removeprefix('SIG')}")
+
+    def step_aside(self) -> None:
+        """Let the stop signals end this process at once, as they end other commands.
+
+        One that has been heard already does so, too. Call it where nothing is computed
+        that would have to be saved.
+        """
+        for name in self._before:
+            own = name == signal.SIGINT
+            signal.signal(name, signal.default_int_handler if own else signal.SIG_DFL)
+        if self._heard:
+            os.kill(os.getpid(), self._heard)
 
     def ignore(self) -> None:
         """Ignore the stop signals from now on, until the process ends.

@@ -41,7 +41,7 @@ __all__ = ["arguments", "run"]
 def run(args: argparse.Namespace) -> int:
     """Run or continue a campaign on all MPI ranks; return the exit code.
 
-    With --dry-run only rank 0 works, and prints a forecast.
+    With --dry-run only rank 0 works, and prints a forecast; a signal ends it at once.
     """
     with Stopping() as stopping:  # until the end: a signal must not interrupt gathering
         from hpcwhirl.campaign.run import Session
@@ -50,6 +50,7 @@ def run(args: argparse.Namespace) -> int:
         with Session(comm, stopping, partial(_broken, args)) as session:
             prepare = partial(prepared_of, args, comm.size)
             if args.dry_run:
+                stopping.step_aside()
                 found = session.on_root(lambda: _predict(args, session, prepare()))
             else:
                 conclude = partial(_conclude, args, session)

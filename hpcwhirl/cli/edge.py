@@ -250,7 +250,6 @@ def _show(facts: dict[str, Any]) -> None:
 
 
 def _plot(path: Path, scene: Scene, found: Edge) -> None:
-    from hpcwhirl.report.canvas import save
-    from hpcwhirl.report.figures.coexisting import edge_figure
+    from hpcwhirl.report.figures.coexisting import draw_edge
 
-    print(f"figure: {save(edge_figure(scene, found), path)}", file=sys.stderr)
+    print(f"figure: {draw_edge(scene, found, path)}", file=sys.stderr)

@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     Returns the exit code
     """
     from hpcwhirl.report.map.data import Wish
-    from hpcwhirl.report.map.maps import drawing_of, save_map, stem_of
+    from hpcwhirl.report.map.maps import draw_map
     from hpcwhirl.store.reading.results_file import results_of
 
     wish = Wish(
@@ -53,10 +53,6 @@ def run(args: argparse.Namespace) -> int:
     )  # fmt: skip
     results = results_of(args.folder)
     out = args.out or results.parent
-    drawing = drawing_of(results, wish)
-    paths = save_map(drawing, out)
-    if args.csv:
-        paths.append(drawing.write_table(out / f"{stem_of(wish)}.csv"))
-    for path in paths:
+    for path in draw_map(results, out, wish, table=args.csv):
         print(path)
     return 0

@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -25,6 +26,8 @@ KNOWN = DERIVED | AXES | TRACES | ROW
 NAMED = {variable_name(name): quantity for name, quantity in INPUTS.items()} | KNOWN
 UNITS = re.compile(r", (rad/s|m|N|s|Hz|1/s)(?=$|[\n,]| \()")
 STEPS = (1, 2, 2.5, 5, 10)
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 def name_of(name: str) -> str:
@@ -135,6 +138,24 @@ def legend_below(
 # white ground of a text that stands on lines, as `bbox` of matplotlib
 BOX = {"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0, "alpha": 0.8}
 LONGEST = 80  # largest number of characters of a text that is part of a file name
+
+
+def in_defaults(draw: Callable[P, T]) -> Callable[P, T]:
+    """Let a function draw and write in Matplotlib's defaults, as a decorator.
+
+    What a matplotlibrc sets, such as LaTeX for all text, does not count: a figure looks
+    the same for everyone, and compute nodes have no LaTeX.
+    """
+
+    @wraps(draw)
+    def drawn(*args: P.args, **options: P.kwargs) -> T:
+        from matplotlib import rc_context, rcParamsDefault
+
+        plain = {n: value for n, value in rcParamsDefault.items() if n != "backend"}
+        with rc_context(plain):  # type: ignore[arg-type, unused-ignore]
+            return draw(*args, **options)
+
+    return drawn
 
 
 def new_figure(

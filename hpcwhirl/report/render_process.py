@@ -9,6 +9,7 @@ so that the map of a finished campaign is completed.
 from __future__ import annotations
 
 import json
+import logging
 import os
 import signal
 import subprocess
@@ -94,6 +95,8 @@ def main() -> None:
         os.dup2(2, 1)
         threading.Thread(target=_end_with_parent, daemon=True).start()
         without_mpi()
+        # such as where its cache is, if the home directory cannot be written
+        logging.getLogger("matplotlib").setLevel(logging.ERROR)
         kind, text, paths = None, "", []
         try:
             from hpcwhirl.report.map.maps import draw_map

@@ -7,6 +7,7 @@ import sys
 import time
 
 import pytest
+from launch import finish, start, wait_for
 
 from hpcwhirl.campaign import stop
 from hpcwhirl.campaign.stop import (
@@ -186,3 +187,38 @@ def test_a_stop_that_falls_into_a_callback_of_the_compiler_is_no_traceback(capfd
         compiler()
     assert sys.unraisablehook is before
     assert "Traceback" not in capfd.readouterr().err
+
+
+ASLEEP = """
+import time
+from pathlib import Path
+from hpcwhirl.campaign.foresight import forecast
+def slow(*_):
+    Path({begun!r}).touch()
+    time.sleep(600)
+forecast.forecast = slow
+"""
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_a_signal_ends_a_dry_run_at_once_and_speaks_of_no_case(name, tmp_path):
+    """It has nothing to save, so nothing that it would have to wait for."""
+    begun = tmp_path / "begun"
+    words = ["campaign", "--dry-run", "--out", str(tmp_path / "out")]
+    process = start(words, first=ASLEEP.format(begun=str(begun)), real=True)
+    wait_for(begun.exists, process)
+    process.send_signal(name)
+    finish(process)
+    assert process.returncode == (130 if name == signal.SIGINT else -name)
+    assert "case" not in process.err
+    assert "Traceback" not in process.err
+
+
+def test_a_signal_heard_before_a_dry_run_ends_it(monkeypatch):
+    sent = []
+    with Stopping() as stopping:
+        os.kill(os.getpid(), signal.SIGUSR1)
+        monkeypatch.setattr(os, "kill", lambda pid, number: sent.append((pid, number)))
+        stopping.step_aside()
+        assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    assert sent == [(os.getpid(), signal.SIGUSR1)]

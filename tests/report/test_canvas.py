@@ -1,12 +1,15 @@
 """What pictures call quantities is what the table calls them."""
 
+import ast
 import math
 import re
+import shutil
 from pathlib import Path
 
 import pytest
 
 import hpcwhirl
+from hpcwhirl.cli import main
 from hpcwhirl.report import canvas
 from hpcwhirl.report.canvas import tell_in_units
 from hpcwhirl.scene.quantities import AXES, INPUTS, ROW, TRACES
@@ -113,3 +116,40 @@ def test_a_picture_is_drawn_once_and_is_that_of_matplotlib(tmp_path, monkeypatch
     assert len(drawn) == 1
     own, ours = (tmp_path / f"{name}.png" for name in ("own", "ours"))
     assert own.read_bytes() == ours.read_bytes()
+
+
+ODD_STYLE = {  # of a matplotlibrc; without LaTeX the first fails
+    "text.usetex": True, "font.size": 30, "lines.linewidth": 9,
+    "axes.facecolor": "red", "savefig.bbox": "tight", "image.cmap": "jet",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("words", [["map"], ["figures", "--kind", "growth"]])
+def test_a_picture_is_the_same_whatever_a_matplotlibrc_says(finished, tmp_path, words):
+    from matplotlib import rc_context, rcParams
+
+    drawn = []
+    for style in ({}, ODD_STYLE):
+        out = tmp_path / f"out-{len(style)}"
+        shutil.copytree(finished, out)
+        with rc_context(style):
+            assert main([words[0], str(out), *words[1:]]) == 0
+            assert all(rcParams[name] == value for name, value in style.items())
+        drawn.append({path.name: path.read_bytes() for path in out.rglob("*.png")})
+    assert drawn[0] == drawn[1]
+    assert drawn[0]
+
+
+def test_every_picture_that_is_written_is_drawn_in_the_defaults_of_matplotlib():
+    writers = []
+    for path in sorted(Path(hpcwhirl.__file__).parent.rglob("*.py")):
+        text = path.read_text("utf-8")
+        if "canvas" not in text or path.name == "canvas.py":
+            continue
+        made = (n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef))
+        writers += [(f"{path.stem}.{one.name}", one) for one in made
+                    if re.search(r"\b(canvas\.)?save\(", ast.unparse(one))]  # fmt: skip
+    assert len(writers) >= 8
+    for name, one in writers:
+        marks = [ast.unparse(mark).removeprefix("canvas.") for mark in one.decorator_list]
+        assert marks == ["in_defaults"], name

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from hpcwhirl.analysis.basins import Starts, basins, starts_of, with_attractors
 from hpcwhirl.analysis.branches import Branch, branches_of, folds_of
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.canvas import axis_of, new_figure, save, value_of
+from hpcwhirl.report.canvas import axis_of, in_defaults, new_figure, save, value_of
 from hpcwhirl.report.figures.motions import DARK, draw_orbit, unit_of
 from hpcwhirl.report.map.data import Wish, picture_of
 from hpcwhirl.report.map.layout import figure_of
@@ -103,6 +103,15 @@ def _legend(branches: list[Branch]) -> tuple[list[Any], list[str]]:
     return handles, list(marks)
 
 
+@in_defaults
+def draw_edge(scene: Scene, found: Edge, path: Path) -> Path:
+    """Draw the unstable motion on the edge between two words; return `path`.
+
+    scene, found, path : scene of the motion; result of `hpcwhirl.edge`; file to write
+    """
+    return save(edge_figure(scene, found), path)
+
+
 def edge_figure(scene: Scene, found: Edge) -> Any:
     """Return the figure of the unstable motion on the edge between two words.
 
@@ -137,6 +146,7 @@ def edge_figure(scene: Scene, found: Edge) -> Any:
     return figure
 
 
+@in_defaults
 def draw_fractions(
     data: xarray.Dataset, found: xarray.Dataset, out: Path
 ) -> list[Path]:

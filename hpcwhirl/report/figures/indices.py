@@ -13,7 +13,14 @@ from matplotlib import colormaps
 
 from hpcwhirl.analysis.sensitivity import pairs_needed
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.canvas import legend_below, name_of, new_figure, save, value_of
+from hpcwhirl.report.canvas import (
+    in_defaults,
+    legend_below,
+    name_of,
+    new_figure,
+    save,
+    value_of,
+)
 from hpcwhirl.report.map.captions import engine_of
 from hpcwhirl.report.map.data import label_of
 from hpcwhirl.report.map.probabilities import varied
@@ -34,6 +41,7 @@ def title_of(quantity: str) -> str:
     return f"P({quantity})" if quantity in REGIMES else quantity.replace("_", " ")
 
 
+@in_defaults
 def draw_sensitivity(
     data: xarray.Dataset, found: xarray.Dataset, out: Path
 ) -> list[Path]:

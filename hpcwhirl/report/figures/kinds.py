@@ -12,7 +12,7 @@ import numpy as np
 
 from hpcwhirl.analysis.branches import aside_of, bundles_of
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.report.canvas import part_of_name, save, tell_in_units
+from hpcwhirl.report.canvas import in_defaults, part_of_name, save, tell_in_units
 from hpcwhirl.report.figures import (
     coexisting,
     frequencies,
@@ -257,6 +257,7 @@ def _wanted(
     }
 
 
+@in_defaults
 def _drawn(
     name: str, results: Results, of: Any, path: Path, *, transient: bool
 ) -> Path | str:

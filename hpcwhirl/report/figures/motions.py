@@ -15,7 +15,14 @@ from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.whirl import section
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.report.canvas import axis_of, legend_below, new_figure, save, title_of
+from hpcwhirl.report.canvas import (
+    axis_of,
+    in_defaults,
+    legend_below,
+    new_figure,
+    save,
+    title_of,
+)
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results
 
@@ -247,6 +254,7 @@ def draw_ledger(cases: Results, case: int) -> Any:
     return figure
 
 
+@in_defaults
 def draw_case(
     folder: Path, traces: Mapping[str, Floats], row: Mapping[str, Any]
 ) -> list[Path]:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.errors import number_told
-from hpcwhirl.report.canvas import BOX, new_figure, save
+from hpcwhirl.report.canvas import BOX, in_defaults, new_figure, save
 
 Facts = Mapping[str, Any]
 COLUMNS = {
@@ -199,6 +199,7 @@ def markdown(facts: Facts) -> str:
     return "\n".join([*lines, "", note, ""])
 
 
+@in_defaults
 def draw_tradeoff(facts: Facts, path: Path) -> Path:
     """Draw error over cost of all settings, with the Pareto front; return the path.
 

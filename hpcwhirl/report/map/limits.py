@@ -28,6 +28,7 @@ INK, UNMET = "#1F4E79", "#8A8A8A"
 MOST_AXES = 2
 
 
+@canvas.in_defaults
 def draw_limits(
     data: xarray.Dataset,
     found: Sequence[FirstChange],

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.errors import InputError, csv_cell
-from hpcwhirl.report.canvas import FIXED, part_of_name, save
+from hpcwhirl.report.canvas import FIXED, in_defaults, part_of_name, save
 from hpcwhirl.report.map.data import Picture, Wish, picture_of, with_cells
 from hpcwhirl.report.page.build import is_stale
 from hpcwhirl.safe_open import open_regular
@@ -87,7 +87,10 @@ def picture_table(picture: Picture) -> Iterator[Sequence[Any]]:
     yield from zip(*(column.tolist() for column in columns.values()), strict=True)
 
 
-def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
+@in_defaults
+def draw_map(
+    results: Path, out: Path, wish: Wish | None = None, *, table: bool = False
+) -> list[Path]:
     """Draw a campaign's map as a PNG and an SVG file; return their paths.
 
     Parameters
@@ -95,8 +98,13 @@ def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
     results : path of `results.h5`
     out : directory of the figures
     wish : options of the map; None: all chosen automatically
+    table : whether the values drawn are also written, as a CSV file
     """
-    return save_map(drawing_of(results, wish or Wish()), out)
+    drawing = drawing_of(results, wish or Wish())
+    paths = save_map(drawing, out)
+    if table:
+        paths.append(drawing.write_table(out / f"{stem_of(drawing.wish)}.csv"))
+    return paths
 
 
 def stem_of(wish: Wish) -> str:
@@ -161,6 +169,7 @@ def _drawing_of_shares(data: xarray.Dataset, wish: Wish, results: Path) -> Drawi
     return Drawing(figure, None, wish, found)
 
 
+@in_defaults
 def save_map(drawing: Drawing, out: Path) -> list[Path]:
     """Write a map as a PNG and an SVG file, each atomically; return their paths.
 
@@ -214,10 +223,8 @@ def refresh(
         if wish is None:
             continue
         try:
-            drawing = drawing_of(directory.results, wish)
-            drawn += save_map(drawing, folder)
-            if (table := path.with_suffix(".csv")).exists():
-                drawn.append(drawing.write_table(table))
+            table = path.with_suffix(".csv").exists()
+            drawn += draw_map(directory.results, folder, wish, table=table)
         except InputError as refused:
             why[path.name] = f" ({refused})"
     names = dict.fromkeys([*MADE_BY, *why])
