@@ -35,8 +35,6 @@ most_requeues=20
 set -u
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 mkdir -p "$out"
-# compiled kernels, kept for the next run; all ranks must be able to write there
-export NUMBA_CACHE_DIR="${NUMBA_CACHE_DIR:-$(cd "$out" && pwd)/numba-cache}"
 
 work=(hpcwhirl campaign "$file" --out "$out")
 

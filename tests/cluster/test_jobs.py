@@ -67,7 +67,8 @@ def tools(tmp_path):
     (tmp_path / "bin").mkdir()
     passes = 'while [ "$1" != hpcwhirl ]; do shift; done; exec "$@"'
     notes = 'printf "%s\\n" "$(basename "$0") $*" >>noted'
-    campaign = 'printf "%s\\n" "$@" >words; trap "exit 75" USR1; echo begun >begun\n'
+    campaign = 'printf %s "${NUMBA_CACHE_DIR-}" >cache\n'
+    campaign += 'printf "%s\\n" "$@" >words; trap "exit 75" USR1; echo begun >begun\n'
     campaign += f"for i in $(seq {20 * LIMIT}); do sleep 0.05; "
     campaign += "[ -e finish ] && exit $(cat finish); done; exit 70"
     texts = dict.fromkeys(("mpirun", "srun", "flux"), passes)
@@ -217,6 +218,19 @@ def test_awkward_names_reach_the_campaign_as_they_are(scheduler, tools):
     assert words == ["campaign", AWKWARD, "--out", f"{AWKWARD}.d"]
     assert not (tools / "owned").exists()
     assert (tools / f"{AWKWARD}.d").is_dir()
+
+
+@pytest.mark.parametrize("given", ["", "/home/me/kernels"])
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
+def test_compiled_code_is_kept_where_the_user_says_and_never_in_the_directory_of_results(
+    scheduler, given, tools
+):
+    """It is executed when it is loaded; others may be allowed to write results."""
+    own = {"NUMBA_CACHE_DIR": given} if given else {}
+    process = begin(scheduler, tools, VARIABLES[scheduler] | own)
+    end_with(tools, 0)
+    process.communicate(timeout=LIMIT)
+    assert (tools / "cache").read_text() == given
 
 
 @pytest.mark.parametrize("code", [0, 1, 2, 70])

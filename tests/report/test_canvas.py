@@ -151,5 +151,7 @@ def test_every_picture_that_is_written_is_drawn_in_the_defaults_of_matplotlib():
                     if re.search(r"\b(canvas\.)?save\(", ast.unparse(one))]  # fmt: skip
     assert len(writers) >= 8
     for name, one in writers:
-        marks = [ast.unparse(mark).removeprefix("canvas.") for mark in one.decorator_list]
+        marks = [
+            ast.unparse(mark).removeprefix("canvas.") for mark in one.decorator_list
+        ]
         assert marks == ["in_defaults"], name
