@@ -222,7 +222,7 @@ def test_awkward_names_reach_the_campaign_as_they_are(scheduler, tools):
 
 @pytest.mark.parametrize("given", ["", "/home/me/kernels"])
 @pytest.mark.parametrize("scheduler", SCHEDULERS)
-def test_compiled_code_is_kept_where_the_user_says_and_never_in_the_directory_of_results(
+def test_a_job_keeps_compiled_code_where_the_user_says_and_not_among_results(
     scheduler, given, tools
 ):
     """It is executed when it is loaded; others may be allowed to write results."""
