@@ -24,13 +24,14 @@ fail() { echo "test: $*" >&2; exit 1; }
 # Always the MPICH wheel, whatever mpirun the machine has: part two installs one, and
 # the second run must test what the first one did.
 on_wheels() (
-  export HPCWHIRL_VENV=$root/.venv HPCWHIRL_EXTRAS=dev HPCWHIRL_MPI=${HPCWHIRL_MPI:-mpich}
+  export HPCWHIRL_VENV=$root/.venv HPCWHIRL_EXTRAS=dev,docs HPCWHIRL_MPI=${HPCWHIRL_MPI:-mpich}
   [ -x "$HPCWHIRL_VENV/bin/python" ] || fetch_uv "$HPCWHIRL_VENV" ||
     say "uv could not be installed: pip takes its place"
   # shellcheck source=scripts/environment.sh
   . scripts/environment.sh
   export HPCWHIRL_MPIRUN=$MPIRUN
   scripts/check --no-tests
+  scripts/docs.sh "$scratch/site"
   if (system_packages "the page's tests" "${browser[@]}"); then
     export HPCWHIRL_EXPECT_BROWSER=1  # a skip would now be a failure
   else

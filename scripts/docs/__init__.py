@@ -1,0 +1,1 @@
+"""The documentation as a site: pages made from the program, their theme."""

@@ -1,0 +1,52 @@
+"""Pages of the site made from the program name everything, and only what exists."""
+
+import re
+
+import pytest
+from docs import reference
+
+import hpcwhirl
+from hpcwhirl.cli import COMMANDS
+from hpcwhirl.scene.catalogue import catalogue
+
+HERE = reference.TOP / "reference"
+
+
+@pytest.fixture(scope="module")
+def pages():
+    return dict([*reference.inputs(), reference.commands(), reference.python(),
+                 reference.gallery()])  # fmt: skip
+
+
+def test_each_input_command_name_and_job_has_its_place(pages):
+    for name, fact in catalogue().items():
+        assert f"(inputs/{name}.md)" in pages["inputs"]
+        assert fact.name in pages[f"inputs/{name}"]
+    assert set(re.findall(r"^## (\S+)$", pages["commands"], re.M)) == set(COMMANDS)
+    names = re.findall(r"^::: \S+\.(\w+)$", pages["python"], re.M)
+    assert set(names) == {n for n in hpcwhirl.__all__ if not n.startswith("_")}
+    jobs = {path.stem for path in (reference.TOP / "jobs").glob("*.toml")}
+    assert set(re.findall(r"^## (\S+)$", pages["gallery"], re.M)) == jobs
+
+
+def test_links_between_made_pages_and_the_manual_lead_somewhere(pages):
+    for name, text in pages.items():
+        for target in re.findall(r"\]\(([^)#]+)\)", text):
+            place = ((HERE / name).parent / target).resolve()
+            if place.is_relative_to(HERE):
+                made = str(place.relative_to(HERE).with_suffix(""))
+                assert made in pages, (name, target)
+            else:
+                assert place.exists(), (name, target)
+
+
+def test_what_follows_a_name_in_a_docstring_is_its_meaning():
+    pytest.importorskip("griffe", reason="needs the extra docs")
+    from docs.docstrings import with_meanings
+
+    text = "Do it.\n\na : first\nb, c : both\n    of them\n\nReturns\n-------\nit"
+    head = "Parameters\n----------\n"
+    want = f"Do it.\n\n{head}a\n    first\nb, c\n    both\n    of them"
+    assert with_meanings(text) == f"{want}\n\nReturns\n-------\nit"
+    headed = "Do it.\n\nAttributes\n----------\na : first"
+    assert with_meanings(headed).count("----------") == 1
