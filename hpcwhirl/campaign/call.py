@@ -21,12 +21,15 @@ from hpcwhirl.errors import (
     INTERNAL,
     InputError,
     StoppedError,
+    StoreError,
     WhirlError,
+    cases_told,
     say,
     shown,
     unknown,
 )
 from hpcwhirl.launch import ALONE, Communicator, communicator
+from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene.campaign_tables import Campaign
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.results.variables import WHY_NOT
@@ -61,7 +64,7 @@ class Call:
         comm : communicator of all ranks; None: all ranks that were started
         """
         comm = communicator() if comm is None else comm
-        with Stopping() as stopping:
+        with Stopping() as stopping, one_thread():
             alone = comm.size == 1  # no other rank waits: raise in the caller's process
             own, tell = (ALONE, None) if alone else (comm, _tell_broken)
             with Session(own, stopping, tell) as session:
@@ -179,6 +182,12 @@ def _concluded(ending: Ending, prepared: Prepared) -> Path | WhirlError:
     safe = f"finished cases are safe in {prepared.directory}"
     if ending.lasting:
         return InputError(f"{ending.reason}; {safe}")
+    if ending.missing:
+        count = f"{ending.missing} of {cases_told(ending.cases)}"
+        return StoreError(
+            f"{count} have ended, but have no row in {ending.results}: the same call "
+            "computes these again"
+        )
     if ending.complete:
         return prepared.directory.path
     why = f": {ending.reason}" if ending.reason else ""

@@ -1,10 +1,14 @@
-"""Numerics of models: the same bits on any number of threads; no overflow unnoticed.
+"""Numerics: the same bits whatever this process does besides; no overflow unnoticed.
 
 Products and factorizations round differently if BLAS splits them over several threads.
+All arithmetic of a thread rounds differently in another floating-point environment:
+direction of rounding, subnormal numbers flushed to zero. A library changes it by
+`fesetround`, or as it is loaded, if it was compiled with -ffast-math.
 """
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -21,6 +25,35 @@ def _controller() -> ThreadpoolController:
     return ThreadpoolController()
 
 
+DEFAULT = ctypes.c_void_p(-1)  # FE_DFL_ENV of the C libraries glibc and musl
+ENVIRONMENT = 256  # bytes, more than the type fenv_t has on any processor
+
+
+@contextmanager
+def default_rounding() -> Iterator[None]:
+    """Compute in the default floating-point environment; restore the former afterwards.
+
+    It is that of this thread: direction of rounding, treatment of subnormal numbers,
+    and which exceptions raise a signal.
+    """
+    library, former = _library(), ctypes.create_string_buffer(ENVIRONMENT)
+    library.fegetenv(former)
+    library.fesetenv(DEFAULT)
+    try:
+        yield
+    finally:
+        library.fesetenv(former)
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    """Return the C library of mathematics, which this process has loaded."""
+    library = ctypes.CDLL(None)
+    for function in (library.fegetenv, library.fesetenv):
+        function.argtypes = [ctypes.c_void_p]
+    return library
+
+
 class _Limit:
     now = False  # whether a block of `one_thread` is being executed
 
@@ -29,16 +62,17 @@ class _Limit:
 def one_thread(*, anew: bool = False) -> Iterator[None]:
     """Let BLAS compute on one thread inside the with block or decorated function.
 
-    A block inside another changes nothing, since setting a limit takes 40 us.
+    Arithmetic is done in the default floating-point environment. A block inside another
+    changes nothing, since setting a limit takes 40 us.
 
-    anew : whether the limit is set again inside another block, and again at the end;
-        for code that may change it
+    anew : whether both are set again inside another block, and again at the end; for
+        code that may change them
     """
     was = _Limit.now
     if was and not anew:
         yield
         return
-    with _controller().limit(limits=1, user_api="blas"):
+    with default_rounding(), _controller().limit(limits=1, user_api="blas"):
         _Limit.now = True
         try:
             yield

@@ -1,25 +1,30 @@
 """`hpcwhirl.campaign` and `hpcwhirl.Design`: what the command does, from Python."""
 
+import ctypes
 import inspect
 import json
 import os
+import platform
 import pydoc
 import signal
+import struct
 import sys
 
 import made_up
 import numpy as np
 import pytest
 import xarray
-from launch import ENVIRONMENT, python, records, root_variables, script
+from launch import ENVIRONMENT, SIX, python, records, root_variables, script
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import hpcwhirl
+from hpcwhirl.campaign import finalize
 from hpcwhirl.campaign.measure import measure_of
 from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.cli import main
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, StoreError
 from hpcwhirl.reduction.numbers import one_thread
+from hpcwhirl.store.results.gather import gather
 
 TABLES = {
     "scene": {"duration": 2e-3},
@@ -423,6 +428,76 @@ def test_code_that_changes_the_threads_of_blas_changes_them_for_itself_alone():
                 assert threads(able) == dict.fromkeys(able, 1)
             assert threads(able) == dict.fromkeys(able, 1)
         assert threads(able) == dict.fromkeys(able, 2)
+
+
+ROUNDED = {"up": 0x800, "down": 0x400, "to zero": 0xC00}  # of <fenv.h> on x86-64
+FLUSHED = 0x8040  # bits of MXCSR: subnormal numbers are zero
+x86 = pytest.mark.skipif(platform.machine() != "x86_64", reason="bits of x86-64")
+
+
+def spoil(how):
+    """Change the floating-point environment as a library may; return the former."""
+    mathematics, former = ctypes.CDLL(None), ctypes.create_string_buffer(256)
+    mathematics.fegetenv(former)
+    if how in ROUNDED:
+        mathematics.fesetround(ROUNDED[how])
+    else:
+        changed = bytearray(former.raw)
+        changed[28:32] = struct.pack(
+            "I", struct.unpack("I", changed[28:32])[0] | FLUSHED
+        )
+        mathematics.fesetenv(bytes(changed))
+    return former
+
+
+@x86
+@pytest.mark.parametrize("how", [*ROUNDED, "flushed"])
+def test_a_measure_that_changes_how_numbers_round_changes_no_bit(
+    measured, tmp_path, how
+):
+    """Nor does a caller who has changed it, who finds it afterwards as it was."""
+
+    def spoiling(case):
+        found = widest(case)
+        spoil(how)
+        return found
+
+    mathematics = ctypes.CDLL(None)
+    for number in range(2):
+        former = spoil(how) if number else None
+        try:
+            rounding = mathematics.fegetround()
+            with hpcwhirl.campaign(
+                TABLES, tmp_path / str(number), measure=spoiling, variables=UNITS
+            ) as data:
+                assert (data.status == "ok").all()
+            assert mathematics.fegetround() == rounding
+        finally:
+            mathematics.fesetenv(former or ctypes.c_void_p(-1))
+        assert root_variables(tmp_path / str(number)) == root_variables(measured)
+
+
+def test_a_row_that_was_recorded_but_not_gathered_is_told(
+    tmp_path, monkeypatch, capsys
+):
+    def losing(directory, *rest, **options):
+        """Gather from a disk that has lost part of the last record."""
+        (log,) = directory.journals.files()
+        os.truncate(log, log.stat().st_size - 100)
+        return gather(directory, *rest, **options)
+
+    monkeypatch.setattr(finalize, "gather", losing)
+    out = tmp_path / "out"
+    with pytest.raises(StoreError, match=r"1 of 2 cases have ended, but have no row"):
+        hpcwhirl.campaign(TABLES, out)
+    monkeypatch.setattr(finalize, "gather", gather)
+    with hpcwhirl.campaign(TABLES, out) as data:
+        assert (data.status == "ok").all()
+    monkeypatch.setattr(finalize, "gather", losing)
+    file = tmp_path / "c.toml"
+    file.write_text(SIX.replace("0.05", "0.002"))
+    assert main(["campaign", str(file), "--out", str(tmp_path / "by-command")]) == 1
+    assert "1 of 6 cases failed, 1 of them without a row" in capsys.readouterr().err
 
 
 def test_threads_of_the_callers_blas_change_no_bit_and_stay_as_they_were():
