@@ -5,14 +5,15 @@ cases (`cases --where`, and on the page) and the colours of maps (`map --colour`
 
     or, and, not      == != < <= > >= (may be chained)      in (a, b), not in (a, b)
     + - * /   abs(x) sqrt(x) exp(x) log(x) log10(x) min(x, y, ...) max(x, y, ...)
-    numbers, names, 'words'
+    numbers, numbers with a unit such as 0.5 mm, names, 'words'
 
-A name that is no variable is a word: ``regime == sustained``. Numbers are equal if they
-agree to nine digits. A condition used as a number is 1 or 0. A comparison with a number
-that is missing (NaN) is itself missing, NaN, neither true nor false, and remains so
-under ``not``; ``and`` is false if one side is false, ``or`` true if one side is true,
-whatever the other is (Kleene's three-valued logic). A text is parsed into a program of
-steps; nothing is executed as code. The grammar:
+A name that is no variable is a word: ``regime == sustained``. A number is in SI unless
+a unit of `units.WRITTEN` follows it. Numbers are equal if they agree to nine digits. A
+condition used as a number is 1 or 0. A comparison with a number that is missing (NaN)
+is itself missing, NaN, neither true nor false, and remains so under ``not``; ``and`` is
+false if one side is false, ``or`` true if one side is true, whatever the other is
+(Kleene's three-valued logic). A text is parsed into a program of steps; nothing is
+executed as code. The grammar:
 
     either   = both {"or" both}
     both     = negated {"and" negated}
@@ -22,11 +23,11 @@ steps; nothing is executed as code. The grammar:
     sum      = product {("+" | "-") product}
     product  = signed {("*" | "/") signed}
     signed   = {"-"} atom
-    atom     = number | name | 'word' | "(" either ")"
+    atom     = number [unit] | name | 'word' | "(" either ")"
              | function "(" either {"," either} ")"
 
 `report/page/assets/expression.js` implements the same language, and refuses the same
-texts.
+texts: tests/analysis/conditions.toml has examples, which a test asks of both.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from hpcwhirl.errors import SHOWN, InputError, one_line
-from hpcwhirl.scene.units import is_unit
+from hpcwhirl.scene.units import WRITTEN
 from hpcwhirl.store.reading.select import SAME
 
 LONGEST = 2000  # largest number of characters of a condition
@@ -62,6 +63,12 @@ INSTEAD = {
     "**": "there are no powers: write x * x", "^": "there are no powers: write x * x",
     "%": "there is no remainder",
 }  # fmt: skip
+# "%" before a number is no unit, nor is "in" before a list
+UNIT = re.compile(
+    r"\s*(?:("
+    + "|".join(map(re.escape, sorted({*WRITTEN} - {"%"}, key=len, reverse=True)))
+    + r")(?![\w.]|\s*[(\[{])|(%)(?!\s*[\d(.]))"
+)
 TOKEN = re.compile(
     r"""\s*(?:
     (?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
@@ -87,12 +94,14 @@ class Step:
     value : number, word or name of a leaf; for a comparison its signs, one fewer than
         operands, separated by spaces
     text : the subexpression of the condition that this step completes
+    unit : unit of a number, "" for none; a number is evaluated once it is in SI
     """
 
     does: str
     parts: int
     value: float | str
     text: str
+    unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -101,6 +110,7 @@ class _Token:
     value: str
     start: int
     end: int
+    unit: str = ""
 
 
 @cache
@@ -145,8 +155,11 @@ def _tokens(text: str) -> list[_Token]:
             _refuse(f"'{value}' is not known here, {INSTEAD[value]}")
         kind = "word" if kind in {"single", "double"} else kind
         at = part.end()
-        long = len(value) + 2 * (kind == "word")  # including quotation marks
-        tokens.append(_Token(kind, value, at - long, at))
+        start = at - len(value) - 2 * (kind == "word")  # including quotation marks
+        unit = UNIT.match(text, at) if kind == "number" else None
+        at = unit.end() if unit else at
+        name = str(unit[unit.lastindex or 0]) if unit else ""
+        tokens.append(_Token(kind, value, start, at, name))
     return tokens
 
 
@@ -182,20 +195,27 @@ class _Parser:
 
     def _expect(self, sign: str) -> None:
         if not self._is("sign", sign):
-            _refuse(f"'{sign}' is missing{self._before()}{self._unit()}")
+            if self._unit():
+                self.end()
+            _refuse(f"'{sign}' is missing{self._before()}")
         self.at += 1
 
     def _before(self) -> str:
         return f" before '{self._next.value}'" if self._next.kind != "end" else ""
 
     def _unit(self) -> str:
-        """Return a hint where a unit follows a number, as in "300 rpm"; else ""."""
-        last = self.tokens[self.at - 1].kind if self.tokens and self.at else ""
-        if (last, self._next.kind) != ("number", "name") or not is_unit(
-            self._next.value
-        ):
+        """Return a hint where a name follows a number, as in "300 rmp"; else ""."""
+        last = self.tokens[self.at - 1] if self.tokens and self.at else None
+        if last is None or last.unit or (last.kind, self._next.kind) != (
+            "number", "name",
+        ):  # fmt: skip
             return ""
-        return ": numbers are in SI, without a unit"
+        return ", and is no unit of conditions, such as mm, rpm, kN"
+
+    def _leaf(self, token: _Token) -> None:
+        value = _number(token.value) if token.kind == "number" else token.value
+        text = self.text[token.start : token.end]
+        self.steps.append(Step(token.kind, 0, value, text, token.unit))
 
     def _step(self, does: str, parts: int, start: int, value: float | str = "") -> None:
         end = self.tokens[self.at - 1].end if self.tokens else 0
@@ -303,8 +323,7 @@ class _Parser:
         if token.kind == "name" and self._is("sign", "("):
             self._call(token)
             return
-        value = _number(token.value) if token.kind == "number" else token.value
-        self._step(token.kind, 0, token.start, value)
+        self._leaf(token)
 
     def _call(self, token: _Token) -> None:
         name = token.value
@@ -428,12 +447,19 @@ def value_of(program: Program, known: Mapping[str, Any]) -> Any:
         if step.does == "name":
             stack.append(known.get(str(step.value), step.value))
         elif not step.parts:
-            stack.append(step.value)
+            stack.append(_constant(step))
         else:
             parts = stack[-step.parts :]
             del stack[-step.parts :]
             stack.append(_meaning(step.does, step.value)(*parts))
     return stack[0]
+
+
+def _constant(step: Step) -> float | str:
+    """Return the number or word of a leaf; InputError for a number not yet in SI."""
+    if step.unit:
+        raise InputError(f"'{step.text}': a number with a unit is not known here")
+    return step.value
 
 
 @cache
@@ -507,6 +533,7 @@ def _asker(step: Step, parts: tuple[Callable[..., Any], ...]) -> Callable[..., A
     if step.does == "name":
         return operator.itemgetter(value)
     if not parts:
+        value = _constant(step)
         return lambda _: value
     do = _meaning(step.does, value)
     if len(parts) == 1:

@@ -26,7 +26,7 @@ from hpcwhirl.store.reading.select import FINAL, counting, swept_of, where
 if TYPE_CHECKING:
     import xarray
 
-    from hpcwhirl.analysis.columns import Source
+    from hpcwhirl.analysis.condition import Source
 
 SHOWN = 200  # default number of rows of the printed table
 NUMBERS = ("growth_rate", "orbit_radius", "contacts")
@@ -78,11 +78,22 @@ def run(args: argparse.Namespace) -> int:
         columns = _columns(args, data, source, chosen)
         short = _shortened(columns, source, data)
         units = {n: unit_of(data, n) for n in columns}
+        remark = _remark(args, source) if not len(chosen) else ""
     named = {"case", *(args.columns or "").replace(" ", "").split(",")}
     columns, units = in_units(args, columns, units)
     if not print_data(args, columns, units, "cases"):
         _print_first(columns | short, units, args.limit, named)
+    if not len(chosen):
+        say(f"no case matches{remark}")
     return 0
+
+
+def _remark(args: argparse.Namespace, source: Source) -> str:
+    """Return a clause why --where selects nothing, if it is that numbers are in SI."""
+    from hpcwhirl.analysis.columns import unit_remark
+
+    remark = unit_remark(args.where, source) if args.where else ""
+    return f"; {remark}" if remark else ""
 
 
 def _shortened(columns: Columns, source: Source, data: xarray.Dataset) -> Columns:
@@ -124,8 +135,6 @@ def _print_first(
         told = (with_unit(f"{n} = {cell(columns[n][0])}", units[n], " ") for n in same)
         print(f"all {count} cases: {', '.join(told)}")
     print_table({n: v for n, v in columns.items() if n not in same}, units, shown)
-    if not count:
-        say("no case matches")
     if shown < count:
         print(f"{count - shown} more of {count} cases: --limit 0, --csv or --json")
 

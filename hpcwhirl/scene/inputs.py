@@ -166,10 +166,10 @@ class Scene(Inputs, metaclass=_Told):
         "smooth change the mean rate, of a decay the first; 0: constant speed",
         symbol="dΩ/dt")
     ramp: Literal["linear", "smooth", "decay"] = given("linear", "1",
-        "how the speed changes; linear: to speed_to if it lies ahead, else to the end "
-        "of the run; smooth: half a cosine to speed_to; decay: speed_to is approached "
-        "exponentially, with the time constant (speed_to - speed) / acceleration, as "
-        "by windmilling")
+        "how the speed changes; linear: to speed_to, or to the end of the run if that "
+        "is 0 and not ahead; smooth: half a cosine to speed_to; decay: speed_to is "
+        "approached exponentially, with the time constant (speed_to - speed) / "
+        "acceleration, as by windmilling")
     speed_to: Finite = given(0.0, "rad/s", "speed at the end of the change; see `ramp`")
     speed_table: SpeedTable = given("", "1",
         "table of the speed, instead of acceleration; a CSV file of columns time, s, "

@@ -109,6 +109,14 @@ _REMARKS = (
         f" tips: {get('speed'):g} rpm would be {get('speed') / RPM:.4g}",
     ),
     _Remark(
+        ("acceleration", "speed_to"),
+        lambda get: np.equal(get("acceleration"), 0.0) & np.not_equal(
+            get("speed_to"), 0.0
+        ),
+        lambda get: f"speed_to is {get('speed_to'):g} rad/s, but acceleration is 0: "
+        "the speed does not go there",
+    ),
+    _Remark(
         ("pulse", "force", "duration", "revolutions", "speed", "engine.casing.kind"),
         _outlasts,
         lambda get: f"pulse is {get('pulse'):g} s, the run {end_times(get):g} s: the "

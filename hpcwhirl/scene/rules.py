@@ -209,7 +209,20 @@ def _lobes_refused(
 
 
 def _leads(rate: Any, ramp: Any, speed: Any, end: Any) -> Any:
-    return (rate == 0.0) | (ramp == "linear") | ((end - speed) * rate > 0.0)
+    """Return whether speed_to lies ahead; 0 of a linear change is "not given"."""
+    endless = (ramp == "linear") & (end == 0.0)
+    return (rate == 0.0) | endless | ((end - speed) * rate > 0.0)
+
+
+def _led_astray(rate: float, ramp: str, speed: float, end: float) -> str:
+    if end == speed:
+        remedy = "speed is that at the start: lower it for a run-up"
+    else:
+        remedy = f"a run-{'up' if end > speed else 'down'} needs acceleration = {-rate}"
+    return (
+        f"speed_to must lie ahead of speed ({speed} rad/s) in the direction of "
+        f"acceleration ({rate} rad/s^2) where ramp is {ramp}, got {end}: {remedy}"
+    )
 
 
 CLAMPED = Unless("where centre is clamped", ("centre",), _is_not("clamped"))
@@ -336,10 +349,7 @@ OF_SCENE = (
         (*SPEED, "engine.rotation"),
         lambda rate, table, rotation: _constant(rate, table) | (rotation == "none"))),
     Rule(("acceleration", "ramp", "speed", "speed_to"),
-        _leads,
-        lambda rate, ramp, speed, end: (
-            f"speed_to must lie ahead of speed ({speed} rad/s) in the direction of "
-            f"acceleration ({rate} rad/s^2) where ramp is {ramp}, got {end}")),
+        _leads, _led_astray),
     Rule(("engine.casing.kind", "engine.casing.discretization",
          "engine.casing.elements", "engine.casing.harmonics", "nodal_diameter"),
         lambda kind, by, elements, harmonics, lobes:

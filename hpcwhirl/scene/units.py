@@ -91,9 +91,23 @@ CYCLES = {
     "Hz": "cycle/s", "kHz": "1000 cycle/s", "rev/s": "cycle/s", "rev/min": "rpm",
     "1/min": "rpm", "deg/s": "degree/s",
 }  # fmt: skip
+# spellings that UDUNITS lacks, or reads as another unit: its "oz" is a volume
+SPELLED = {
+    "RPM": "rpm", "rev": "cycle", "deg": "degree", "cP": "centipoise",
+    "oz in": "0.028349523125 kg inch",
+}  # fmt: skip
+REVOLUTIONS = {"rev", "revolution", "turn", "cycle"}  # a number may count these
 USUAL = (
     "m", "mm", "um", "inch", "s", "ms", "rad/s", "rpm", "Hz", "N", "kN", "MN", "N/m",
     "N/mm", "kN/mm", "MN/m", "Pa", "MPa", "GPa", "kg/m^3", "g/cm^3", "%", "1/s",
+    "lbf", "lbf/in", "psi", "g mm", "oz in", "cP", "deg", "rev",
+)  # fmt: skip
+# units that may follow a number in a condition, as in "gap > 0.5 mm"; the page knows
+# these alone
+WRITTEN = (
+    *USUAL, "cm", "in", "mil", "ft", "us", "RPM", "krpm", "kHz", "rev/s", "rev/min",
+    "1/min", "deg/s", "rad", "rad/s^2", "rpm/s", "m/s", "mm/s", "N s", "N s/m", "ksi",
+    "Pa s", "J", "mJ", "kJ", "kg m", "g m", "kg mm", "kg m^2",
 )  # fmt: skip
 TURNING = {ANGULAR, "rpm", *CYCLES}
 PRACTICAL = {"m": ("mm", 1e3), "N": ("kN", 1e-3)}  # {SI unit: (unit shown, factor)}
@@ -212,14 +226,20 @@ def _factor(given: str, wanted: str) -> Decimal:
     allowed = f"in {wanted} or a unit of the same kind" if wanted != "1" else "a number"
     if len(given) > SHOWN:
         raise ValueError(f"must be {allowed}, got a unit of {len(given)} characters")
-    name = CYCLES.get(given, given) if wanted == ANGULAR else given
+    if wanted == "1" and given in REVOLUTIONS:
+        return Decimal(1)
+    name = (SPELLED | CYCLES if wanted == ANGULAR else SPELLED).get(given, given)
     try:
         source = Unit(name)
     except ValueError:
         hint = nearest(given, USUAL) or f"; known are {', '.join(USUAL)} and others"
         msg = f"must be {allowed}, got the unknown unit {shown(one_line(given))}{hint}"
         raise ValueError(msg) from None
-    return _of(source, wanted, f"must be {allowed}, got {shown(given)}")
+    force = "; pounds of force are lbf" if re.search(r"\blb\b", given) else ""
+    refused = f"must be {allowed}, got {shown(given)}{force}"
+    if wanted == "1" and "rad" in source.definition:  # UDUNITS takes 1 rad as 1
+        raise ValueError(refused)
+    return _of(source, wanted, refused)
 
 
 def _of(source: Any, wanted: str, refused: str) -> Decimal:
@@ -243,15 +263,22 @@ def _of(source: Any, wanted: str, refused: str) -> Decimal:
     return Decimal(short if math.isclose(float(short), one, rel_tol=1e-15) else one)
 
 
-def is_unit(name: str) -> bool:
-    """Return whether a name is one of a unit, such as "rpm" or "mm"."""
-    from cf_units import Unit
+@lru_cache(maxsize=256)
+def written_factors(unit: str) -> dict[str, str]:
+    """Return the units of `WRITTEN` that measure the same quantity as an SI unit.
 
-    try:
-        Unit(name)
-    except ValueError:
-        return name in CYCLES or name in USUAL
-    return True
+    Returns {unit: factor from it to the SI unit, as decimal digits}
+    """
+    factors = {}
+    turning = () if unit == ANGULAR else TURNING - {"Hz", "kHz", "1/min"}
+    for name in WRITTEN:
+        if name in turning and name != unit:
+            continue
+        try:
+            factors[name] = str(_factor(name, unit))
+        except ValueError:
+            continue
+    return factors
 
 
 def told_of(name: str, convert: Callable[[], Found]) -> Found:

@@ -6,13 +6,15 @@ import os
 import re
 import shutil
 import subprocess
+import tomllib
 from importlib import resources
-from types import SimpleNamespace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hpcwhirl.analysis.columns import Source, matching
+from hpcwhirl.analysis.columns import matching, unit_remark
+from hpcwhirl.analysis.condition import Check, Source
 from hpcwhirl.analysis.expression import (
     FUNCTIONS,
     MEANING,
@@ -24,49 +26,47 @@ from hpcwhirl.analysis.expression import (
 )
 from hpcwhirl.analysis.rules import as_data
 from hpcwhirl.errors import InputError
+from hpcwhirl.scene.units import WRITTEN, in_si, written_factors
 
-CASES = {
-    "speed": [300.0, 410.0, 500.0, 1e300],
-    "gap": [1e-4, 2e-4 * (1 + 3e-10), 0.0, -3.0],
-    "regime": ["damped", "sustained", "divergent", "none"],
-    "late_lost": [math.nan, math.inf, -math.inf, 0.0],
-}
-SIDES = ("1 < 2", "1 > 2", "late_lost > 2")  # the last is missing in one case
-TEXTS = [
-    "speed > 300", "300 <= speed < 500 < 501", "gap == 2e-4", "gap != 2e-4",
-    "not speed / 2 - 50 >= 2e2 and (300 < speed < 450 or regime == damped)",
-    "regime in (damped, 'sustained',)", "regime not in [damped]", "speed in {300, 410}",
-    "-speed + 2 * 3 - 1 < --(gap + 1) * 5", "1 / gap > 0", "-1 / gap", "gap / gap",
-    "late_lost == late_lost", "late_lost != 5", "5 == late_lost", "late_lost == 1 / 0",
-    "min(speed, 4e2, late_lost)", "max(gap, 1, 2, late_lost)", "abs(gap) + sqrt(gap)",
-    "log(speed) + log10(gap) - exp(gap)", "speed * 1e300 * 1e300", "exp(speed)",
-    "gap * (speed > 400)", "regime == 'damped' or regime != sustained", "1.5e+2 + .5",
-    "not not speed > 400", "speed - 1 - 2 - 3", "speed / 2 / 2 * 3", "1 - (2 - 3)",
-    "+".join("1" * 900), "((speed)) > ((3))", "speed > 1 or speed > 2 and gap > 9",
-    "", " ", "speed >", "speed = 3", "speed ! 3", "a && b", "a | b", "2 ** 3", "2 ^ 3",
-    "7 % 2", "a <> b", "(1", "1)", "(1, 2)", "()", "in (1)", "1 in 2", "f(1)",
-    "1 in (1",
-    "min(1)", "abs(1, 2)", "max(" + ", ".join("1" * 100) + ")", "a not b", "and", "a b",
-    "1 2", "'a", "1.2.3", "0x10", "1_000", "1j", "a.b.c", "a[0]", "lambda: 1", "a; b",
-    "1" * 310, "1e309", "(" * 30 + "1" + ")" * 30, "(" * 31 + "1" + ")" * 31,
-    "abs(" * 31 + "1" + ")" * 31, "-" * 1999 + "1", "1" + " " * 2000, "é == 'ü'", "$",
-    "not late_lost > 0", "not (late_lost > 0 and speed > 1)", "not late_lost != 5",
-    "late_lost > 0 or speed > 1", "late_lost > 0 and speed < 1",
-    "not not gap / gap > 0",
-    "late_lost in (1, 0)", "late_lost not in (1, 0)", "1 < speed < late_lost",
-    "speed * (late_lost > 0)", "log(gap) > 0 or regime == none", "not log(gap) > 0",
-    "toString(1)", "constructor", "__proto__ == 1",
-    *(f"{a} {both} {b}" for both in ("and", "or") for a in SIDES for b in SIDES),
+EXAMPLES = tomllib.loads(
+    Path(__file__).with_name("conditions.toml").read_text(encoding="utf-8")
+)
+CASES = {n: np.array(v) for n, v in EXAMPLES["variables"].items()}
+KINDS = {"condition": "truth", "number": "number"}
+GIVEN = [  # (kind of value wanted, example)
+    (wanted, example)
+    for kind, wanted in KINDS.items()
+    for group in EXAMPLES[kind]
+    for example in group["examples"]
+]
+LONG = [  # (kind, text) that a table would not show well
+    ("number", "+".join("1" * 900)), ("number", "-" * 1999 + "1"),
+    ("number", "1" + " " * 2000), ("number", "1" * 310),
+    ("number", "max(" + ", ".join("1" * 100) + ")"),
+    *(("number", bracket * n + "1" + ")" * n)
+      for bracket in ("(", "abs(") for n in (30, 31)),
+    *(("truth", f"{a} {both} {b}") for both in ("and", "or")
+      for a in ("1 < 2", "1 > 2", "late_lost > 2")
+      for b in ("1 < 2", "1 > 2", "late_lost > 2")),
 ]  # fmt: skip
 PAGE = """
 const told = JSON.parse(require("fs").readFileSync(0, "utf8"));
-const plain = (v) => (typeof v === "number" ? String(v) : v);
-console.log(JSON.stringify(told.texts.map((text) => {
+const plain = (v) => (typeof v === "string" ? v : String(Number(v)));
+const number = (text) => Number({ inf: "Infinity", "-inf": "-Infinity" }[text] ?? text);
+const isText = (name) => told.texts.includes(name);
+const source = {
+  ...told.source,
+  isText,
+  variable: (name) => {
+    if (!Object.hasOwn(told.cases, name)) refuse(`unknown variable '${name}'`);
+    return name;
+  },
+};
+console.log(JSON.stringify(told.asked.map(([wanted, text]) => {
   try {
-    const of = compile(parse(text), (name) => {
-      if (!Object.hasOwn(told.cases, name)) return null;
+    const of = compile(checked(parse(text), source, wanted).tree, (name) => {
       const column = told.cases[name];
-      return (i) => (name === "regime" ? column[i] : Number(column[i]));
+      return (i) => (isText(name) ? column[i] : number(column[i]));
     });
     return { gives: [0, 1, 2, 3].map((i) => plain(of(i))) };
   } catch (failed) {
@@ -83,55 +83,115 @@ def node():
     return program
 
 
-def on_page(texts):
-    """Return what expression.js gives of each text, or why it refuses it."""
-    assets = resources.files("hpcwhirl.report.page") / "assets" / "expression.js"
-    cases = {n: [str(v) for v in row] for n, row in CASES.items()}
-    for row in cases.values():
-        row[:] = [{"inf": "Infinity", "-inf": "-Infinity"}.get(v, v) for v in row]
-    script = assets.read_text(encoding="utf-8") + PAGE
+def variable(name):
+    if name not in CASES:
+        raise InputError(f"unknown variable '{name}'")
+    return name
+
+
+SOURCE = Source(variable, CASES.__getitem__, EXAMPLES["words"], 4, EXAMPLES["units"])
+LANGUAGE = ("expression", "condition")  # the page's scripts
+
+
+def asked_of_page(script, told):
+    """Return the JSON that the page's language and a script print; told : its input."""
+    place = resources.files("hpcwhirl.report.page") / "assets"
+    parts = [(place / f"{name}.js").read_text(encoding="utf-8") for name in LANGUAGE]
     ended = subprocess.run(
-        [node(), "-e", script],
-        input=json.dumps({"texts": texts, "cases": cases}),
-        capture_output=True, text=True, check=True,
+        [node(), "-e", "\n".join([*parts, script])],
+        input=json.dumps(told), capture_output=True, text=True, check=True,
     )  # fmt: skip
-    return [SimpleNamespace(**one) for one in json.loads(ended.stdout)]
+    return json.loads(ended.stdout)
 
 
-def in_python(text):
-    known = {n: np.array(v) for n, v in CASES.items()}
-    with np.errstate(all="ignore"):
-        found = np.broadcast_to(value_of(parse(text), known), 4)
-    return found.tolist()
+def on_page(asked):
+    """Return what the page gives of each (kind, text), or why it refuses it."""
+    units = EXAMPLES["units"]
+    factors = {unit: written_factors(unit) for unit in units.values()}
+    told = {
+        "asked": asked,
+        "cases": {n: [str(v) for v in column] for n, column in CASES.items()},
+        "texts": [n for n, column in CASES.items() if column.dtype.kind == "U"],
+        "source": {"words": EXAMPLES["words"], "units": units, "factors": factors},
+    }
+    return [
+        one.get("refused") or [*map(float, one["gives"])]
+        for one in asked_of_page(PAGE, told)
+    ]
 
 
-def agree(a, b):
-    if isinstance(b, bool):
-        return a == b  # Python has 1 and 0
-    if isinstance(a, str) and isinstance(b, str) and a == b:
-        return True
-    b = float(b.replace("Infinity", "inf")) if isinstance(b, str) else b
-    return np.isclose(a, b, rtol=1e-14, atol=0.0, equal_nan=True)
+def in_python(asked):
+    """Return what Python gives of each (kind, text), or why it refuses it."""
+    found = []
+    for wanted, text in asked:
+        try:
+            program = Check(parse(text), SOURCE).named(wanted)
+        except InputError as failed:
+            found.append(str(failed))
+            continue
+        with np.errstate(all="ignore"):
+            value = np.asarray(value_of(program, CASES), float)
+        found.append(np.broadcast_to(value, 4).tolist())
+    return found
 
 
-def test_the_page_and_python_read_and_mean_the_same():
-    for text, page in zip(TEXTS, on_page(TEXTS), strict=True):
-        if hasattr(page, "refused"):
-            with pytest.raises(InputError, match=re.escape(page.refused) + "$"):
-                parse(text)
-        else:
-            wanted = in_python(text)
-            pairs = zip(wanted, page.gives, strict=True)
-            assert all(agree(a, b) for a, b in pairs), (text, wanted, page)
+def agrees(found, wanted):
+    """Return whether values agree to round-off, or one refusal has the other's text.
+
+    Hints at names, which only Python gives, do not count.
+    """
+    if isinstance(found, str) or isinstance(wanted, str):
+        if not (isinstance(found, str) and isinstance(wanted, str)):
+            return False
+        plain = re.split("; (did you mean|known)", found)[0]
+        return plain.removeprefix("cannot read the condition ").endswith(wanted)
+    return bool(np.allclose(found, wanted, rtol=1e-14, atol=0.0, equal_nan=True))
 
 
-def test_every_function_means_something_to_both():
+@pytest.mark.parametrize("ask", [in_python, on_page])
+def test_an_example_has_the_value_or_the_refusal_of_the_table(ask):
+    asked = [(wanted, example["text"]) for wanted, example in GIVEN]
+    assert len(asked) > 150
+    for (_, example), found in zip(GIVEN, ask(asked), strict=True):
+        told = example.get("refused", example.get("gives"))
+        assert agrees(found, told), (example, found)
+
+
+def test_the_page_and_python_agree_on_long_texts():
+    for asked, one, other in zip(LONG, in_python(LONG), on_page(LONG), strict=True):
+        plain = re.split("; known", other)[0] if isinstance(other, str) else other
+        assert agrees(one, plain), (asked, one, other)
+
+
+def test_the_page_knows_the_functions_and_units_of_python():
     assert set(FUNCTIONS) <= set(MEANING)
+    told = asked_of_page("console.log(JSON.stringify([FUNCTIONS, WRITTEN]))", None)
+    assert told == [{n: list(counts) for n, counts in FUNCTIONS.items()}, [*WRITTEN]]
     texts = [f"{n}({', '.join(['2'] * least)})" for n, (least, _) in FUNCTIONS.items()]
-    given = on_page(texts)
-    assert [float(page.gives[0]) for page in given] == pytest.approx(
+    given = on_page([("number", text) for text in texts])
+    assert [values[0] for values in given] == pytest.approx(
         [asker(text)(Known({})) for text in texts]
     )
+
+
+@pytest.mark.parametrize("digits", ["0.3", "1e-7", "4000", "123456789.123456789"])
+def test_the_page_converts_a_number_as_inputs_are_converted(digits):
+    factors = {unit: written_factors(unit) for unit in ("m", "rad/s", "kg m", "N/m")}
+    pairs = [(u, name) for u, names in factors.items() for name in names]
+    script = (
+        "console.log(JSON.stringify(JSON.parse(require('fs').readFileSync(0, 'utf8'))"
+        ".map(([a, b]) => timesExactly(a, b))))"
+    )
+    found = asked_of_page(script, [(digits, factors[u][name]) for u, name in pairs])
+    assert found == [in_si(f"{digits} {name}", u) for u, name in pairs]
+
+
+def test_a_condition_that_nothing_fulfils_says_that_numbers_are_in_si():
+    told = unit_remark("orbit_radius > 0.6", SOURCE)
+    assert "here in m; with 0.6 mm it selects 1 case" in told
+    assert unit_remark("orbit_radius > 3", SOURCE) == ""
+    assert unit_remark("orbit_radius > 3000 mm", SOURCE) == ""
+    assert unit_remark("friction > 0.6", SOURCE) == ""
 
 
 def test_every_rule_is_a_condition_over_numbers_and_the_word_of_stop():

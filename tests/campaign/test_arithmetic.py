@@ -355,6 +355,28 @@ def test_every_rule_is_kept_by_one_scene_and_by_columns(monkeypatch):
     assert len(BROKEN) == len(RULES)
 
 
+@pytest.mark.parametrize("ramp", ["linear", "smooth", "decay"])
+@pytest.mark.parametrize(
+    ("rate", "speed", "end", "told"),
+    [
+        (100.0, 600.0, 300.0, "got 300.0: a run-down needs acceleration = -100.0"),
+        (-100.0, 300.0, 600.0, "got 600.0: a run-up needs acceleration = 100.0"),
+        (100.0, 600.0, 600.0, "speed is that at the start: lower it for a run-up"),
+        (-100.0, 600.0, 300.0, ""),
+        (100.0, 300.0, 600.0, ""),
+    ],
+)
+def test_a_speed_to_that_lies_behind_is_refused_with_the_remedy(
+    ramp, rate, speed, end, told
+):
+    given = {"ramp": ramp, "acceleration": rate, "speed": speed, "speed_to": end}
+    if not told:
+        assert apply_settings(Scene(), given).speed_to == end
+        return
+    with pytest.raises(InputError, match=re.escape(told)):
+        apply_settings(Scene(), given)
+
+
 def test_no_model_has_rules_that_columns_do_not_know():
     rooms = scene_inputs, engine_parts
     kinds = [c for m in rooms for _, c in inspect.getmembers(m, inspect.isclass)]

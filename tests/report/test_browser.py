@@ -365,8 +365,16 @@ CONDITIONS = (
     "status == 'failed' or word == unstable",
     "word not in (damped, undecided) and case in [1, 2, 3, 5]",
     "solver.time_step > 0 and gap == 2e-4",
+    "gap > 0.15 mm and speed >= 3000 rpm",
+    "force in (30 kN, 1e9) and pulse == 0.63 ms or duration == 1e-3",
+    "orbit_radius > 1e-30 mm and message == ''",
+    "gap > 0.15",
     "",
 )
+REFUSED = (
+    "sped > 400", "divergent", "regime == damped or divergent", "speed", "word",
+    "not damped", "regime == fast", "gap > 3 rpm", "gap > '0.1 mm'", "speed > 400 rmp",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("text", CONDITIONS)
@@ -385,11 +393,24 @@ def test_a_filter_keeps_what_cases_where_keeps(page, made, text, capsys):
     assert sorted(bright) == kept
 
 
-def test_a_filter_that_cannot_be_read_says_why_and_keeps_the_last(page):
+def test_a_filter_is_refused_as_cases_where_refuses_and_keeps_the_last(
+    page, made, capsys
+):
     enter(page, "#filter", "speed > 400")
-    enter(page, "#filter", "sped > 400")
-    assert text_of(page, "#filter-note") == "no number or word 'sped'"
-    assert len(page.find_elements("css selector", "#map .faded")) == 8
+    for text in REFUSED:
+        enter(page, "#filter", text)
+        assert main(["cases", str(made), "--where", text]) == 2
+        told = capsys.readouterr().err.partition("; did you mean")[0]
+        note = text_of(page, "#filter-note").partition("; known")[0]
+        assert note in told
+        assert note
+        assert len(page.find_elements("css selector", "#map .faded")) == 8
+
+
+def test_a_filter_that_selects_nothing_says_that_numbers_are_in_si(page):
+    enter(page, "#filter", "gap > 0.15")
+    told = "0 of 12 cases; plain numbers are in SI, here in m; with 0.15 mm it selects"
+    assert text_of(page, "#filter-note") == f"{told} 6 cases"
 
 
 def test_orbits_show_what_came_before_when_asked(page):

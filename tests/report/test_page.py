@@ -28,6 +28,7 @@ from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading import results_file
 from hpcwhirl.store.reading.results_file import Results
+from hpcwhirl.store.reading.select import known_counts
 
 GRID = {"sweep": {"speed": [300, 350.5, 1e3 / 7], "gap": [1e-4, 2e-4]}}
 HURT = "<img src=x onerror=hurt()>"
@@ -143,6 +144,23 @@ def test_a_case_without_a_result_has_no_counts(tmp_path):
     shown = np.frombuffer(base64.b64decode(text), "<f4", 2, column["at"])
     assert shown[0] >= 0
     assert np.isnan(shown[1])
+
+
+def test_numbers_on_the_page_are_those_of_the_results_to_the_last_bit(made):
+    page, results = page_of(made), Results(made)
+    data = base64.b64decode(re.search(r'id="columns">(.*?)</script>', page, re.S)[1])
+    columns = [c for c in told(page)["columns"] if c["name"] in results]
+    numbers = [c for c in columns if results[c["name"]].dtype.kind != "U"]
+    assert {"gap", "friction", "force", "pulse", "time_step"} <= {
+        c["name"] for c in numbers
+    }
+    for column in numbers:
+        count = 1 if column["same"] else len(results)
+        shown = np.frombuffer(data, f"<{column['kind']}", count, column["at"])
+        wanted = known_counts(results[column["name"]])
+        assert np.array_equal(
+            np.broadcast_to(shown, len(results)), wanted, equal_nan=True
+        ), column["name"]
 
 
 def test_the_policy_names_the_scripts_and_forbids_the_network(made):

@@ -28,6 +28,7 @@ WRONG = {
         "film_length is 0.2 m, more than 0.5 of the film's diameter",
     ),
     "mm of the gap": ({"gap": 0.8}, "gap is 0.8 m, the tip radius 0.5 m: lengths are"),
+    "constant": ({"speed_to": 500.0}, "but acceleration is 0: the speed does not go"),
     "mm": ({"casing.thickness": 41.3}, "lengths are in m"),
 }
 

@@ -36,9 +36,20 @@ from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, si
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.scene import input_names, named_scene
 from hpcwhirl.scene.plain_data import SETS, flatten
-from hpcwhirl.scene.quantities import INPUTS, PERFORMANCE, ROW, STATUS, variable_name
-from hpcwhirl.scene.units import shown_in
-from hpcwhirl.scene.words import SHOWN, WHIRLS
+from hpcwhirl.scene.quantities import (
+    BLADES,
+    CHAOS,
+    INPUTS,
+    PERFORMANCE,
+    REFINED,
+    ROW,
+    STATUS,
+    TUNED,
+    WORN,
+    variable_name,
+)
+from hpcwhirl.scene.units import shown_in, written_factors
+from hpcwhirl.scene.words import ENUMS, SHOWN, WHIRLS
 from hpcwhirl.store.atomic import sweep_idle, write_whole
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
@@ -50,6 +61,7 @@ FACTS = (
     "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
     "libraries", "preset", "preset_loses",
 )  # fmt: skip
+MORE = BLADES | CHAOS | WORN | TUNED | REFINED  # columns of some campaigns
 LEFT_OUT = ("message", "rank")  # columns of results that the page's table lacks
 CHARTED = ("time", "energy", "power", "line_frequency")  # axes of a case's figures
 DERIVED = {  # {name: (expression, unit, meaning)}
@@ -102,6 +114,8 @@ def page_data(results: Results) -> PageData:
         "rules": rules.as_data(),
         "thresholds": _thresholds(results),
         "twins": str(find_credibility(results) or ""),
+        "words": {n: ENUMS[n] for n in ENUMS if n in results} | {"word": [*SHOWN]},
+        "factors": _factors([*table, *swept]),
         "looks": {n: asdict(look) for n, look in SHOWN.items()},
         "whirls": {n: asdict(look) for n, look in WHIRLS.items()},
         "refined": _refined(results),
@@ -147,6 +161,17 @@ def _shown(told: list[dict[str, Any]]) -> dict[str, tuple[str, float]]:
     """
     units = {unit: shown_in(unit) for unit in sorted({t.get("unit", "") for t in told})}
     return {unit: shown for unit, shown in units.items() if shown != (unit, 1.0)}
+
+
+def _factors(told: list[dict[str, Any]]) -> dict[str, dict[str, str]]:
+    """Return the units that may follow a number in the page's filter.
+
+    Returns {SI unit: {unit: factor to SI, as digits}}
+
+    told : descriptions of columns of results and of swept inputs
+    """
+    units = {t.get("unit", "1") for t in told}
+    return {unit: written_factors(unit) for unit in sorted(units)}
 
 
 def _fixed(results: Results) -> list[str]:
@@ -242,14 +267,14 @@ def _columns(
 ) -> tuple[list[dict[str, Any]], bytes]:
     """Return all columns of results for the page: their descriptions, and their bytes.
 
-    A number of the evidence, from which words follow, has 8 bytes, others have 4.
+    Numbers have 4 bytes each where that changes none of them, else 8.
 
     slots : (cases,), number of each case's record of traces, -1 for none
     """
-    evidence = set(rules.evidence_names())
     columns: list[tuple[dict[str, Any], NDArray[Any]]] = []
     shares = {n: quantity for n, quantity in SHARE.items() if n in results}
-    for name, variable in (ROW | STATUS | PERFORMANCE | shares).items():
+    more = {n: quantity for n, quantity in MORE.items() if n in results}
+    for name, variable in (ROW | STATUS | PERFORMANCE | more | shares).items():
         if name in LEFT_OUT:
             continue
         told: dict[str, Any] = {"name": name}
@@ -260,7 +285,7 @@ def _columns(
             told["words"] = words.tolist()
             columns.append((told, codes.astype("<i4")))
         else:
-            columns.append((told, column.astype("<f8" if name in evidence else "<f4")))
+            columns.append((told, _shortest(column)))
     for name in results.plan.swept:
         values = _given(results, name)
         place = {key: i for i, key in enumerate(_levels(values))}
@@ -268,6 +293,14 @@ def _columns(
         columns.append(({"name": f"level of {name}"}, codes))
     columns.append(({"name": "record"}, slots))
     return _packed(columns)
+
+
+def _shortest(column: NDArray[Any]) -> NDArray[Any]:
+    """Return numbers as 4 bytes each if all of them stay the same, else as 8."""
+    whole = column.astype("<f8")
+    with np.errstate(over="ignore"):
+        short = whole.astype("<f4")
+    return short if np.array_equal(short, whole, equal_nan=True) else whole
 
 
 def _packed(
@@ -350,8 +383,8 @@ def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, A
 
 
 LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")
-SCRIPTS = ("expression", "data", "words", "axes", "story", "refined", "map", "charts",
-           "case", "table", "main")  # fmt: skip
+SCRIPTS = ("expression", "condition", "data", "words", "axes", "story", "refined",
+           "map", "charts", "case", "table", "main")  # fmt: skip
 DIGEST = re.compile(rb'<meta name="hpcwhirl-results" content="([0-9a-f]{64})">')
 HEAD_BYTES = 4096  # beginning of the page that contains the line with the digest
 

@@ -1,6 +1,8 @@
 // Conditions on named numbers and words: the language of hpcwhirl.analysis.expression,
-// with the same refusals (tests/analysis/test_expression.py runs both). parse(text) gives a tree; compile(tree, lookup) a function of the case. Nothing
-// is run as code.
+// with the same refusals (tests/analysis/conditions.toml has examples for both).
+// parse(text) gives a tree, [what, ...operands] with its text, and with its unit if it
+// is a number with one; compile(tree, lookup) a function of the case. Nothing is run as
+// code.
 
 const LONGEST = 2000; // characters
 const DEEPEST = 30; // brackets within brackets
@@ -18,6 +20,18 @@ const INSTEAD = {
   "**": "there are no powers: write x * x", "^": "there are no powers: write x * x",
   "%": "there is no remainder",
 };
+const WRITTEN = [
+  "m", "mm", "um", "inch", "s", "ms", "rad/s", "rpm", "Hz", "N", "kN", "MN", "N/m",
+  "N/mm", "kN/mm", "MN/m", "Pa", "MPa", "GPa", "kg/m^3", "g/cm^3", "%", "1/s",
+  "lbf", "lbf/in", "psi", "g mm", "oz in", "cP", "deg", "rev", "cm", "in", "mil",
+  "ft", "us", "RPM", "krpm", "kHz", "rev/s", "rev/min", "1/min", "deg/s", "rad",
+  "rad/s^2", "rpm/s", "m/s", "mm/s", "N s", "N s/m", "ksi", "Pa s", "J", "mJ", "kJ",
+  "kg m", "g m", "kg mm", "kg m^2",
+];
+// "%" before a number is no unit, nor is "in" before a list.
+const UNIT = new RegExp(
+  `\\s*(?:(${WRITTEN.filter((u) => u !== "%").sort((a, b) => b.length - a.length)
+    .map((u) => u.replace(/[^\w ]/g, "\\$&")).join("|")})(?![\\p{L}\\p{N}_.]|\\s*[(\\[{])|(%)(?!\\s*[0-9(.]))`, "uy");
 const TOKEN =
   /\s*(?:((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)|([\p{L}_][\p{L}\p{N}_.]*)|'([^']*)'|"([^"]*)"|(&&?|\|\|?|\*\*|<>|\^|%|=(?!=)|!(?!=))|(==|!=|<=|>=|[<>()[\]{}+\-*\/,]))/uy;
 
@@ -33,12 +47,19 @@ function tokens(text) {
     const at = TOKEN.lastIndex;
     const part = TOKEN.exec(text);
     if (!part) refuse(`'${text.slice(at).trim().slice(0, 12)}' is not expected there`);
-    const [, number, name, single, double, instead, sign] = part;
+    const [whole, number, name, single, double, instead, sign] = part;
     if (instead !== undefined) refuse(`'${instead}' is not known here, ${INSTEAD[instead]}`);
-    if (number !== undefined) found.push(["number", number]);
-    else if (name !== undefined) found.push(["name", name]);
-    else if (sign !== undefined) found.push(["sign", sign]);
-    else found.push(["word", single ?? double]);
+    const start = at + whole.search(/\S/u);
+    const token = { start, end: TOKEN.lastIndex, unit: "" };
+    if (number !== undefined) [token.kind, token.value] = ["number", number];
+    else if (name !== undefined) [token.kind, token.value] = ["name", name];
+    else if (sign !== undefined) [token.kind, token.value] = ["sign", sign];
+    else [token.kind, token.value] = ["word", single ?? double];
+    UNIT.lastIndex = token.end;
+    const unit = number === undefined ? null : UNIT.exec(text);
+    if (unit) [token.unit, token.end] = [unit[1] ?? unit[2], UNIT.lastIndex];
+    TOKEN.lastIndex = token.end;
+    found.push(token);
   }
   return found;
 }
@@ -56,40 +77,50 @@ function parse(text) {
   let at = 0;
   let depth = 0;
   const is = (kind, ...values) =>
-    at < list.length && list[at][0] === kind && values.includes(list[at][1]);
+    at < list.length && list[at].kind === kind && values.includes(list[at].value);
+  const take = () => list[at++].value;
+  // The tree of what stands from the token `first` up to here.
+  const made = (first, tree) =>
+    Object.assign(tree, { text: text.slice(list[first]?.start, list[at - 1]?.end) });
   const joined = (part, kind, ...signs) => {
+    const first = at;
     let tree = part();
-    while (is(kind, ...signs)) tree = [list[at++][1], tree, part()];
+    while (is(kind, ...signs)) {
+      const does = take();
+      const other = part();
+      tree = made(first, [does, tree, other]);
+    }
     return tree;
   };
   const repeated = (part, kind, sign, does) => {
-    let count = 0;
-    for (; is(kind, sign); at += 1) count += 1;
+    const firsts = [];
+    for (; is(kind, sign); at += 1) firsts.push(at);
     let tree = part();
-    for (; count; count -= 1) tree = [does, tree];
+    for (const first of firsts.reverse()) tree = made(first, [does, tree]);
     return tree;
   };
   const either = () => joined(both, "name", "or");
   const both = () => joined(negated, "name", "and");
   const negated = () => repeated(compared, "name", "not", "not");
   const compared = () => {
+    const first = at;
     let before = sum();
-    if (is("name", "not", "in")) return member(before);
+    if (is("name", "not", "in")) return made(first, member(before));
     let tree = null;
     while (is("sign", ...COMPARED)) {
-      const sign = list[at++][1];
+      const sign = take();
       const after = sum();
-      const pair = [sign, before, after];
-      tree = tree ? ["and", tree, pair] : pair;
+      const pair = made(first, [sign, before, after]);
+      tree = tree ? made(first, ["and", tree, pair]) : pair;
       before = after;
     }
     return tree ?? before;
   };
   const member = (one) => {
-    const away = list[at++][1] === "not";
+    const away = take() === "not";
     if (away && !is("name", "in")) refuse("'in' is missing after 'not'");
     if (away) at += 1;
-    const closing = CLOSING[list[at]?.[0] === "sign" ? list[at][1] : ""];
+    const closing = CLOSING[list[at]?.kind === "sign" ? list[at].value : ""];
     if (!closing) refuse("a list such as (damped, sustained) is missing after 'in'");
     const equal = listed(sum, closing).map((other) => ["==", one, other]);
     const tree = equal.reduce((before, after) => ["or", before, after]);
@@ -105,8 +136,10 @@ function parse(text) {
       if (is("sign", closing)) break;
       parts.push(part());
     }
-    const before = at < list.length ? ` before '${list[at][1]}'` : "";
-    if (!is("sign", closing)) refuse(`'${closing}' is missing${before}`);
+    if (!is("sign", closing)) {
+      if (noUnit()) end();
+      refuse(`'${closing}' is missing${at < list.length ? ` before '${list[at].value}'` : ""}`);
+    }
     at += 1;
     depth -= 1;
     return parts;
@@ -121,14 +154,16 @@ function parse(text) {
       return parts[0];
     }
     if (at >= list.length) refuse("something is missing at its end");
-    const [kind, value] = list[at];
+    const { kind, value, unit } = list[at];
     if (kind === "sign" || (kind === "name" && RESERVED.includes(value)))
       refuse(`'${value}' stands where a number or a name should`);
     at += 1;
     if (kind === "name" && is("sign", "(")) return call(value);
-    return [kind, kind === "number" ? numberOf(value) : value];
+    const leaf = [kind, kind === "number" ? numberOf(value) : value];
+    return Object.assign(made(at - 1, leaf), { unit });
   };
   const call = (name) => {
+    const first = at - 1;
     if (!Object.hasOwn(FUNCTIONS, name))
       refuse(`there is no function '${name}'; there are ${Object.keys(FUNCTIONS).join(", ")}`);
     const [least, most] = FUNCTIONS[name];
@@ -136,10 +171,19 @@ function parse(text) {
     const wanted = least === most ? `${least}` : `${least} to ${most}`;
     if (parts.length < least || parts.length > most)
       refuse(`the number of arguments of ${name} must be ${wanted}, got ${parts.length}`);
-    return [name, ...parts];
+    return made(first, [name, ...parts]);
+  };
+  // A hint where a name follows a number, as in "300 rmp".
+  const noUnit = () => {
+    const [last, next] = [list[at - 1], list[at]];
+    const follows = last?.kind === "number" && !last.unit && next?.kind === "name";
+    return follows ? ", and is no unit of conditions, such as mm, rpm, kN" : "";
+  };
+  const end = () => {
+    if (at < list.length) refuse(`'${list[at].value}' is not expected there${noUnit()}`);
   };
   const tree = either();
-  if (at < list.length) refuse(`'${list[at][1]}' is not expected there`);
+  end();
   return tree;
 }
 

@@ -106,29 +106,48 @@ function tellShown() {
 
 // Filter
 
-const FILTER_NAMES = {
-  case: (i) => i,
+const FILTER_WORDS = {
   word: (i) => words.own[i],
   regime: (i) => words.regime[i],
   whirl: (i) => words.whirl[i],
   outcome: (i) => words.outcome[i],
+  message: (i) => told.messages[i] ?? "",
 };
-const WORDS = new Set([
-  ...Object.keys(told.looks), ...Object.keys(told.whirls), "completed", "stopped",
-  ...told.columns.flatMap((c) => c.words ?? []),
-  ...swept.filter((s) => !s.numeric).flatMap((s) => s.levels.map(String)),
-]);
+const isVariable = (name) =>
+  name === "case" || Object.hasOwn(FILTER_WORDS, name) ||
+  (columns.has(name) && name !== "record" && !name.startsWith("level of "));
+const filterValue = (name) =>
+  name === "case" ? (i) => i : (FILTER_WORDS[name] ?? columns.get(name).value);
 
 // An input may be named as in the file, as in the TOML, or by an ending of that.
-function filterName(name) {
-  const ends = (full) => full === name || full.endsWith(`.${name}`);
-  const known = FILTER_NAMES[name] ?? columns.get(name)?.value;
-  if (known) return known;
-  const inputs = [...swept, ...told.inputs].filter((input) => ends(input.name));
-  const column = inputs.length === 1 && columns.get(inputs[0].variable ?? inputs[0].name.split(".").pop());
-  if (column) return column.value;
-  if (!WORDS.has(name)) throw new Error(`no number or word '${name}'`);
-  return null;
+function variableOf(name) {
+  if (isVariable(name)) return name;
+  const inputs = [...swept, ...told.inputs].filter(({ name: full }) => full === name || full.endsWith(`.${name}`));
+  const found = [...new Set(inputs.map((input) => input.variable ?? input.name.split(".").pop()))].filter(isVariable);
+  if (found.length > 1) refuse(`variable '${name}' may mean ${found.sort().join(", ")}: give one name`);
+  if (!found.length) refuse(`unknown variable '${cutText(name)}'`);
+  return found[0];
+}
+
+const FILTERED = {
+  variable: variableOf,
+  isText: (name) => Object.hasOwn(FILTER_WORDS, name) || Boolean(columns.get(name)?.isWord),
+  words: told.words,
+  units: Object.fromEntries([...columns.values()].map(({ name, unit }) => [name, unit || "1"])),
+  factors: told.factors,
+};
+
+// What a filter that no case passes would select, were its plain numbers in the units
+// that the page shows.
+function unitRemark({ tree, plain }) {
+  const numbers = [...plain].filter(([number, unit]) => told.shown[unit] && number[1]);
+  if (!numbers.length) return "";
+  for (const [number, unit] of numbers) number[1] /= told.shown[unit][1];
+  const count = CASES.filter((i) => compile(tree, filterValue)(i) === true).length;
+  if (!count) return "";
+  const units = [...new Set(numbers.map(([, unit]) => unit))].join(" and ");
+  const written = numbers.map(([number, unit]) => `${number.text} ${told.shown[unit][0]}`).join(" and ");
+  return `; plain numbers are in SI, here in ${units}; with ${written} it selects ${counted(count)}`;
 }
 
 function setFilter(text) {
@@ -139,10 +158,12 @@ function setFilter(text) {
 function applyFilter() {
   const text = element("filter").value.trim();
   try {
-    const tree = text ? parse(text) : null;
-    state.matches = tree ? compile(tree, filterName) : () => true;
+    const found = text ? checked(parse(text), FILTERED, "truth") : null;
+    const holds = found ? compile(found.tree, filterValue) : () => true;
+    state.matches = (i) => holds(i) === true; // missing is not true
     const count = CASES.filter(state.matches).length;
-    element("filter-note").textContent = text ? `${count} of ${counted(CASES.length)}` : "";
+    const remark = found && !count ? unitRemark(found) : "";
+    element("filter-note").textContent = text ? `${count} of ${counted(CASES.length)}${remark}` : "";
     element("filter").removeAttribute("aria-invalid");
   } catch (failed) {
     element("filter-note").textContent = failed.message;
