@@ -90,7 +90,7 @@ def campaign(
         source and values; needed if these cannot be determined
     comm : an MPI communicator; None: all ranks that were started, or this process
     options : options of the command: `retry`, `walltime`, `case_limit`, `max_fails`,
-        `isolate`, `save_every`, `patience`, `fresh`, `take_over`
+        `isolate`, `save_every`, `patience`, `same`, `fresh`, `take_over`
 
     Returns
     -------

@@ -16,6 +16,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from hpcwhirl.campaign.fingerprint import difference
+from hpcwhirl.campaign.machine import machine_facts
 from hpcwhirl.campaign.plan.branching import FIXED as OF_BRANCH
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.plan.sampling import Twins, check_scenes
@@ -104,6 +105,11 @@ class Policy(Campaign):
     def limit(self) -> float:
         """Longest computing time of one case, s; infinite without `case_limit`."""
         return math.inf if self.case_limit is None else self.case_limit
+
+    @property
+    def is_strict(self) -> bool:
+        """Whether ranks of another kind of machine are refused."""
+        return self.same == "strict"
 
 
 class Prepared(NamedTuple):
@@ -296,7 +302,9 @@ def prepare(
         raise InputError(f"{stop} keeps this campaign stopped: remove it to continue")
     plan = directory.plan
     old, manifest = check_begun(design, plan, mends=mends)
-    manifest = replace(manifest, extended=extended_by(design, plan, extend))
+    machines = old.machines if old else [machine_facts()]
+    extended = extended_by(design, plan, extend)
+    manifest = replace(manifest, extended=extended, machines=machines)
     if old == manifest:
         return
     check_steps(design)

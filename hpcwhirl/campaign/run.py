@@ -18,6 +18,7 @@ from hpcwhirl.campaign.begin import Policy, Prepared, asking_of, begin, owned
 from hpcwhirl.campaign.compute import Checkpoints
 from hpcwhirl.campaign.evaluate import Evaluator
 from hpcwhirl.campaign.finalize import Ending, conclude
+from hpcwhirl.campaign.machine import UnlikeError, compare
 from hpcwhirl.campaign.measure import Measure
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.progress import duration_text
@@ -80,9 +81,20 @@ def run_campaign(
         stopping = stopping or stack.enter_context(Stopping())
         stack.enter_context(owned(directory, policy.shard, comm, stopping, own))
         stopping.watch(None if node.rank else directory.stop_file, policy.seconds)
-        work, complete, gave_up = _computed(
-            design, directory, comm, node, policy, stopping
-        )
+        planned = work_of(design, directory, policy, comm)
+        work, _ = planned
+        try:
+            if work.jobs:
+                compare(
+                    work.machines, directory.plan, comm, own, strict=policy.is_strict
+                )
+        except UnlikeError as refused:  # raised on every rank
+            why = str(refused)
+            return Ending(
+                complete=False, cases=len(design.settings), reason=why, lasting=True
+            )
+        prepared = Prepared(design, directory, policy)
+        complete, gave_up = _computed(prepared, planned, comm, node, stopping)
         stopping.settled = complete
         if complete:  # from now on signals are ignored
             asking = asking_of(stopping, take_over=policy.take_over)
@@ -96,28 +108,27 @@ def run_campaign(
 
 
 def _computed(
-    design: Design,
-    directory: Directory,
+    prepared: Prepared,
+    planned: tuple[Work, WorkQueue],
     comm: Communicator,
     node: Communicator,
-    policy: Policy,
     stopping: Stopping,
-) -> tuple[Work, bool, bool]:
+) -> tuple[bool, bool]:
     """Compute the jobs left in a campaign on all ranks.
 
     Parameters
     ----------
-    design, directory : the campaign's cases and its directory
+    prepared : the campaign's cases, its directory and the options of the run
+    planned : what the run has to compute, and rank 0's queue of it
     comm, node : communicators of all ranks, and of the ranks on this node
-    policy : options of the run
     stopping : handler of stop requests of this process
 
     Returns
     -------
-    what the run had to compute; whether all jobs ended; whether it stopped after
-    `max_fails` failures
+    whether all jobs ended; whether it stopped after `max_fails` failures
     """
-    work, queue = work_of(design, directory, policy, comm)
+    design, directory, policy, *_ = prepared
+    work, queue = planned
     names = design.measure.variables if design.measure else ()
     checkpoints = Checkpoints(directory.states, policy.save_every, say)
     with (
@@ -144,7 +155,7 @@ def _computed(
         if work.jobs:
             why = "" if complete else stopping.reason
             keep_shares(directory.runs, work.run, tally, comm, why, report.twins)
-    return work, complete, report.gave_up
+    return complete, report.gave_up
 
 
 def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:

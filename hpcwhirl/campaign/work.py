@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.campaign.begin import Policy
 from hpcwhirl.campaign.compute import computation
+from hpcwhirl.campaign.machine import machine_facts
 from hpcwhirl.campaign.plan.cost import Costs, RefinedCosts, costs_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.work_queue import JobQueue, Order, WorkQueue
@@ -46,6 +47,7 @@ class Work:
     run : number of the run
     extended : end times to which undecided cases are extended, s
     plan : identity of the plan to which case numbers refer; "" for a refined campaign
+    machines : facts of the kinds of machines that have computed, see `campaign.machine`
     """
 
     jobs: int
@@ -56,6 +58,7 @@ class Work:
     run: int
     extended: tuple[float, ...] = ()
     plan: str = ""
+    machines: Sequence[Mapping[str, str]] = ()
 
 
 def work_of(
@@ -90,7 +93,8 @@ def _planned(
     policy : options of this run
     ranks : number of ranks that share the work
     """
-    extended = directory.plan.read().extended
+    stored = directory.plan.read()
+    extended, machines = stored.extended, stored.machines or [machine_facts()]
     plan = replace(design.manifest(), extended=extended)
     states, notes, journals = directory.states, directory.notes, directory.journals
     asked = states.names() | notes.crashes().keys()
@@ -117,7 +121,10 @@ def _planned(
     times, run = tuple(extended), journals.claim_run()
     still = planner.open[np.asarray(mine)] if policy.shard else planner.open
     cases = int(still.sum())
-    return Work(len(queue), cases, kinds, alone, mine, run, times, identity), queue
+    work = Work(
+        len(queue), cases, kinds, alone, mine, run, times, identity, machines
+    )  # fmt: skip
+    return work, queue
 
 
 def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Costs:

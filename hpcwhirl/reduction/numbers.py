@@ -12,6 +12,7 @@ import ctypes
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
+from typing import Any
 
 import numpy as np
 import scipy.linalg  # noqa: F401 - its BLAS must be there when threads are limited
@@ -25,6 +26,31 @@ def _controller() -> ThreadpoolController:
     return ThreadpoolController()
 
 
+def blas_told() -> str:
+    """Return which BLAS NumPy and SciPy use: name, version, kind of processor.
+
+    OpenBLAS has code for several kinds of processors, and chooses one as it is loaded.
+    """
+    own = (one for one in _controller().info() if _is_used(one))
+    names = {
+        " ".join(str(one.get(key) or "") for key in ("internal_api", *DECIDES)).strip()
+        for one in own
+    }
+    return ", ".join(sorted(names))
+
+
+def _is_used(library: dict[str, Any]) -> bool:
+    """Return whether a loaded library is a BLAS, and not that of another package.
+
+    library : what threadpoolctl knows about it
+    """
+    _, inside, package = library["filepath"].partition("site-packages/")
+    return library["user_api"] == "blas" and (
+        not inside or package.startswith(("numpy", "scipy"))
+    )
+
+
+DECIDES = ("version", "architecture")  # facts of a BLAS that decide its last digits
 DEFAULT = ctypes.c_void_p(-1)  # FE_DFL_ENV of the C libraries glibc and musl
 ENVIRONMENT = 256  # bytes, more than the type fenv_t has on any processor
 

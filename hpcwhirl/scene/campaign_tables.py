@@ -129,6 +129,9 @@ class Campaign(TableModel):
     isolate: bool = _flag(
         "compute each case in a process of its own; if that crashes, the case gets "
         "status crashed, and the campaign goes on")
+    same: Literal["told", "strict"] = key("told",
+        "whether ranks whose processor or libraries differ from those that began the "
+        "campaign compute, which is told (their numbers may differ), or are refused")
     map: Literal["yes", "no"] = key("yes",
         "draw map.png and map.svg; if no, hpcwhirl map can draw them later")
     report: Literal["auto", "yes", "no"] = key("auto",

@@ -29,6 +29,8 @@ FINGERPRINT = "measure's code"  # an entry of `base`: fingerprint of the functio
 SAMPLE = "sample"  # an entry of `base`: {method, seed, inputs} of drawn inputs
 PHYSICS = "physics version"  # an entry of `base`: version of the equations
 BEYOND = (MEASURE, SAMPLE)  # entries that a campaign must keep when it is continued
+# keys that older plans lack, and what they then are
+LATER_KEYS: dict[str, Any] = {"extended": [], "twins": {}, "refine": {}, "machines": []}
 SEALED = b'{\n "seal": "%b",\n'
 SEAL = re.compile(rb'\{\n "seal": "([0-9a-f]{64})",\n')
 REMEDY = (
@@ -52,6 +54,8 @@ class Manifest:
     refine : the rule by which further cases follow from words; {} without [refine]
     extended : end times to which undecided cases were extended, s, ascending
     twins : table [twins]; empty: no twins
+    machines : what decides the last digits of results, {fact: text}, of the process
+        that began the campaign, then of ranks of other kinds, see `campaign.machine`
     """
 
     engine: str
@@ -64,6 +68,7 @@ class Manifest:
     extended: list[float] = field(default_factory=list)
     refine: dict[str, Any] = field(default_factory=dict)
     twins: dict[str, Any] = field(default_factory=dict)
+    machines: list[dict[str, str]] = field(default_factory=list, compare=False)
 
     @cached_property
     def table(self) -> Table:
@@ -197,8 +202,8 @@ def _parsed(path: Path, text: bytes) -> Manifest:
         raise StoreError(msg)
     if SEAL.match(text):
         del data["seal"]
-    for name, none in (("extended", []), ("twins", {}), ("refine", {})):
-        data.setdefault(name, none)  # older plans lack these keys
+    for name, none in LATER_KEYS.items():
+        data.setdefault(name, type(none)())
     if not _unpacked(data) or not _has_types(data):
         raise StoreError(f"{path} is damaged: its keys are not those of a campaign")
     return Manifest(**data)
@@ -226,12 +231,18 @@ def _unpacked(data: dict[str, Any]) -> bool:
 def _has_types(data: dict[str, Any]) -> bool:
     """Return whether the entries of a plan read from JSON have the right types."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
-    kinds |= {"extended": list, "twins": dict, "refine": dict}
+    kinds |= {"extended": list, "twins": dict, "refine": dict, "machines": list}
     return (
         all(isinstance(data[name], kind) for name, kind in kinds.items())
         and all(isinstance(name, str) for name in data["swept"])
         and all(isinstance(time, float) for time in data["extended"])
+        and all(map(_are_facts, data["machines"]))
     )
+
+
+def _are_facts(given: Any) -> bool:
+    """Return whether an entry of `machines` is {fact: text}."""
+    return isinstance(given, dict) and all(isinstance(t, str) for t in given.values())
 
 
 def digests_of(plan: Manifest) -> Digests:

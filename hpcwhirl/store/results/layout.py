@@ -198,6 +198,8 @@ def _define_head(
         "title": f"hpcwhirl campaign, {plan.engine}",
         "history": HISTORY,
     }
+    if plan.machines:
+        head["machines"] = "\n".join(map(_machine_told, plan.machines))
     for name, value in {**head, **facts, **sample_attribute(plan)}.items():
         file.attrs[name] = utf8(value) if isinstance(value, str) else value
     file.attrs["format"] = np.int64(FORMAT)
@@ -205,6 +207,11 @@ def _define_head(
     file.attrs["swept"] = utf8(" ".join(inputs))
     coordinates = dict.fromkeys(["speed", "nodal_diameter", "gap", "friction", *inputs])
     file.attrs["coordinates"] = utf8(" ".join(coordinates))
+
+
+def _machine_told(facts: Mapping[str, str]) -> str:
+    """Return the facts of one kind of machine, see `campaign.machine`, as one line."""
+    return "; ".join(f"{name}: {text}" for name, text in facts.items())
 
 
 def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
