@@ -37,6 +37,7 @@ on_wheels() (
   else
     say "the page's tests are skipped"
   fi
+  scripts/releases.sh
   (system_packages "CalculiX's wheel" calculix-ccx) || say "it is skipped"
   # First: what it compiles is in the cache for all others.
   pytest --processor=1 tests/dynamics/test_compiling.py -k "$warms"

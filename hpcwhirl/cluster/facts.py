@@ -21,7 +21,7 @@ from typing import Any
 
 import hpcwhirl
 from hpcwhirl import launch
-from hpcwhirl.dynamics.kernels import cache_facts
+from hpcwhirl.dynamics.kernel_cache import cache_facts
 from hpcwhirl.store.hdf5 import hdf5_facts, mpi_libraries
 
 Facts = dict[str, Any]

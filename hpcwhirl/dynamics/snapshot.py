@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 
 from hpcwhirl.case.profile import NEVER, told_of_release
 from hpcwhirl.case.speed import laws_of
-from hpcwhirl.dynamics import kernels
+from hpcwhirl.dynamics.kernel_cache import DIGEST
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.wave_types import Flight
 from hpcwhirl.dynamics.march import March
 
 Arrays = dict[str, NDArray[Any]]
-CODE = f"{kernels.DIGEST} numba {numba.__version__}"  # code that computes the numbers
+CODE = f"{DIGEST} numba {numba.__version__}"  # code that computes the numbers
 
 
 def fingerprint(march: March) -> str:

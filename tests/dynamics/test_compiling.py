@@ -21,8 +21,8 @@ from rich.console import Console
 from hpcwhirl.benchmark.bench import fma_peak
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import bench
-from hpcwhirl.dynamics import kernels
-from hpcwhirl.dynamics.kernels import compiled, cyclic, passes
+from hpcwhirl.dynamics import kernel_cache
+from hpcwhirl.dynamics.kernels import compiler, cyclic, passes
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
@@ -93,14 +93,14 @@ def test_a_kernel_is_the_same_function_for_python_and_for_compiled_code():
 
 
 def test_the_type_of_an_operation_is_worked_out_once(monkeypatch):
-    asked, own = [], compiled.type_of_call
+    asked, own = [], compiler.type_of_call
 
     def counted(operation, context, args, kws):
         asked.append((operation.typing_key, args))
         return own(operation, context, args, kws)
 
-    monkeypatch.setattr(compiled, "TYPED", {})
-    monkeypatch.setattr(compiled, "type_of_call", counted)
+    monkeypatch.setattr(compiler, "TYPED", {})
+    monkeypatch.setattr(compiler, "type_of_call", counted)
 
     @kernel
     def polynomial(x):
@@ -232,7 +232,7 @@ def test_one_rank_that_warms_leaves_the_others_nothing_to_compile(tmp_path):
 BITS = """
 import hashlib
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.kernels import compiled
+from hpcwhirl.dynamics.kernel_cache import PLAIN
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
 for scheme in ("paper",):  # the quickest to compile so, in 40 s
@@ -242,7 +242,7 @@ for scheme in ("paper",):  # the quickest to compile so, in 40 s
     judged = history.judged
     rows = judged.centre, judged.energy, judged.fed
     text = b"".join(row.tobytes() for row in rows)
-    print(compiled.PLAIN, scheme, hashlib.sha256(text).hexdigest())
+    print(PLAIN, scheme, hashlib.sha256(text).hexdigest())
 """
 
 
@@ -282,7 +282,7 @@ def test_the_digest_is_that_of_the_code_without_what_explains_it(tmp_path, what)
     other.parent.mkdir()
     one.write_text(PAGE)
     other.write_text(PAGE.replace(*(SAME | OTHERS)[what]))
-    same = kernels.digest_of([one]) == kernels.digest_of([other])
+    same = kernel_cache.digest_of([one]) == kernel_cache.digest_of([other])
     assert same == (what in SAME)
 
 
@@ -296,10 +296,10 @@ def tree_of(text):
     return ast.dump(tree)
 
 
-@pytest.mark.parametrize("file", kernels.FILES, ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", kernel_cache.FILES, ids=lambda file: file.stem)
 def test_of_each_kernel_only_what_explains_it_is_left_out_of_the_digest(file):
     text = file.read_text()
-    code = kernels.code_of(text)
+    code = kernel_cache.code_of(text)
     assert tree_of(code) == tree_of(text)
     assert not re.search(r"(?m)^\s*$|^\s*#", code)
     assert all(not text for text in code.split('"' * 3)[1::2])
@@ -307,15 +307,15 @@ def test_of_each_kernel_only_what_explains_it_is_left_out_of_the_digest(file):
 
 def test_a_text_with_other_triple_quotes_is_digested_as_it_is():
     text = PAGE.replace('"# no comment"', '"' * 3 + "# one" + '"' * 3)
-    assert kernels.code_of(text) == text
+    assert kernel_cache.code_of(text) == text
 
 
 STEPS = """
-from hpcwhirl.dynamics import kernels
+from hpcwhirl.dynamics import kernel_cache
 from hpcwhirl.dynamics.kernels.flight import open_until
 assert open_until(1.0, -2.0, 0.0) in (0.5, 1.0)
 hits = sum(open_until.stats.cache_hits.values())
-print(kernels.DIGEST, open_until(1.0, -2.0, 0.0), hits)
+print(kernel_cache.DIGEST, open_until(1.0, -2.0, 0.0), hits)
 """
 
 
@@ -346,7 +346,8 @@ def test_a_new_docstring_compiles_nothing_and_a_new_constant_does(tmp_path):
 PIECES = """
 import hashlib
 import numpy as np
-from hpcwhirl.dynamics.kernels import compiled, contact
+from hpcwhirl.dynamics.kernel_cache import PLAIN
+from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
 
 def times(x, n):
@@ -368,7 +369,7 @@ def halves(values):
 
 values = np.random.default_rng(5).normal(size=1001)
 rows = np.array([all_of(values), *halves(values), contact.pulse_of(0.2, 7.0, 0.9)])
-print(compiled.PLAIN, "pieces", hashlib.sha256(rows.tobytes()).hexdigest())
+print(PLAIN, "pieces", hashlib.sha256(rows.tobytes()).hexdigest())
 """
 
 

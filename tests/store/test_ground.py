@@ -18,12 +18,9 @@ from hpcwhirl.store.reading.results_file import Results
 
 NOWHERE = "/proc/nowhere"  # not even root can make it
 ASK = """
-from pathlib import Path
-from numba import config
-from hpcwhirl.dynamics.kernels import cache_facts
-place = Path(config.CACHE_DIR)
-(place / "probe").write_text("")
-print(cache_facts()["cache_writable"], place)
+from hpcwhirl.dynamics.kernel_cache import PLACE, cache_facts
+(PLACE / "probe").write_text("")
+print(cache_facts()["cache_writable"], PLACE)
 """
 
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from hpcwhirl.dynamics.kernels.compiled import by_numba, part
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
     ELEMENTS,
@@ -71,7 +71,7 @@ TINY = 1e-150  # magnitude below which an amplitude is set to 0
 NOWHERE = 1.0  # m, gap of a lost blade
 
 
-@njit(cache=True)
+@part
 def flush(motion):
     """Set a body's amplitudes and increments to 0 where both are below 1e-150.
 
@@ -84,7 +84,7 @@ def flush(motion):
             d[m] = 0.0
 
 
-@njit(cache=True)
+@part
 def place_blades(ring, turned, points, index, shape):
     """Find the coordinates of the ring that move each contact point, and their weights.
 
@@ -100,7 +100,7 @@ def place_blades(ring, turned, points, index, shape):
         place_on_waves(turned, size, points.angle, points.weight, index, shape)
 
 
-@njit(cache=True)
+@part
 def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, gaps):
     """Compute the gaps (N,) of all tips from both bodies, m; return the lowest gap.
 
@@ -124,7 +124,7 @@ def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, g
     return lowest
 
 
-@njit(cache=True)
+@part
 def farthest(tips):
     """Return the largest displacement of a tip (radial and tangential), m.
 
@@ -137,7 +137,7 @@ def farthest(tips):
     return most
 
 
-@njit(cache=True)
+@part
 def pulse_work(push, modal, ahead, increments):
     """Return the work of the pulse on the casing in a step, J.
 
@@ -151,7 +151,7 @@ def pulse_work(push, modal, ahead, increments):
     return total
 
 
-@njit(cache=True)
+@by_numba()
 def motion_of(q, d, loss):
     """Return the arrays of a body that a step uses: those of its state, and work space.
 
@@ -163,7 +163,7 @@ def motion_of(q, d, loss):
     )  # fmt: skip
 
 
-@njit(cache=True)
+@by_numba()
 def layer_space(blades):
     """Return new work arrays for the contact of N tips with a layer that wears.
 
@@ -175,7 +175,7 @@ def layer_space(blades):
     )  # fmt: skip
 
 
-@njit(cache=True)
+@by_numba()
 def energies_of(rotor, casing, state, step):
     """Return (energy of the rotor, energy of the casing), J, in the state after a step.
 
@@ -187,7 +187,7 @@ def energies_of(rotor, casing, state, step):
     )
 
 
-@njit(cache=True)
+@by_numba()
 def march_bodies(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
     state, tracks,

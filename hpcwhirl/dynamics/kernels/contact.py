@@ -18,9 +18,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
+from hpcwhirl.dynamics.kernels.compiled import by_numba, inlined, kernel, part, rare
 from hpcwhirl.dynamics.kernels.kernel_types import ContactSpace
 from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve, solve_singular
 
@@ -236,7 +235,7 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     return solve_singular(gaps, lam, opened, space)
 
 
-@njit(cache=True)
+@by_numba()
 def contact_space(blades, coordinates):
     """Return new work arrays for the contact solver `complementarity`.
 

@@ -22,11 +22,8 @@ force of the unbalance and Euler's force on the blades, acts on r alone. The wor
 
 from __future__ import annotations
 
-from typing import Any
-
-from numba import njit
-
 from hpcwhirl.dynamics.kernels import modes, standing, verbs
+from hpcwhirl.dynamics.kernels.compiled import by_numba, does, part
 from hpcwhirl.dynamics.kernels.contact import (
     BESIDE_X,
     BESIDE_Y,
@@ -36,10 +33,9 @@ from hpcwhirl.dynamics.kernels.contact import (
     ROTATION,
 )
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
-from hpcwhirl.dynamics.kernels.verbs import does
 
 
-@njit(cache=True)
+@part
 def apply_blocks(matrix, starts, vector, sign, out):
     """Add sign * matrix @ vector to out, for a matrix with diagonal blocks only.
 
@@ -59,7 +55,7 @@ def apply_blocks(matrix, starts, vector, sign, out):
             at += size
 
 
-@njit(cache=True)
+@part
 def form(matrix, starts, left, right):
     """Return left @ matrix @ right, a number, for a matrix with diagonal blocks only.
 
@@ -79,6 +75,7 @@ def form(matrix, starts, left, right):
 
 
 @does(verbs.predict, CoupledBody)
+@part
 def predict(body, motion):
     """Predict a rotor's step without contact: increments, and amplitudes after it.
 
@@ -94,6 +91,7 @@ def predict(body, motion):
 
 
 @does(verbs.read, CoupledBody)
+@part
 def read(body, values, out):
     """Compute the radial displacements of tips, and the centre's, from amplitudes.
 
@@ -110,13 +108,13 @@ def read(body, values, out):
 
 
 # displacements of tips, and forces on modes, are those of uncoupled modes
-_of_modes: Any = modes
-does(verbs.read_tips, CoupledBody)(_of_modes.read_tips.py_func)
-does(verbs.collect, CoupledBody)(_of_modes.collect.py_func)
-does(verbs.slide, CoupledBody)(_of_modes.slide.py_func)
+does(verbs.read_tips, CoupledBody)(modes.read_tips)
+does(verbs.collect, CoupledBody)(modes.collect)
+does(verbs.slide, CoupledBody)(modes.slide)
 
 
 @does(verbs.meet, CoupledBody)
+@part
 def meet(body, motion, mu, ledger):
     """Add the effect of contact forces to a rotor's increments; enter their work, J.
 
@@ -140,6 +138,7 @@ def meet(body, motion, mu, ledger):
 
 
 @does(verbs.accept, CoupledBody)
+@part
 def accept(body, motion, step):
     """End a step: update the rotor's amplitudes and increments; add the loss.
 
@@ -157,6 +156,7 @@ def accept(body, motion, step):
 
 
 @does(verbs.energy, CoupledBody)
+@by_numba()
 def energy(body, values, increments, step):
     """Return the rotor's energy (Jacobi's) between steps n and n + 1, J.
 
@@ -173,6 +173,7 @@ def energy(body, values, increments, step):
 
 
 @does(verbs.stand, CoupledBody)
+@part
 def stand(body, motion, time, force):
     """Add the effect of a changing speed, or of supports, to a rotor's predicted step.
 
@@ -185,7 +186,8 @@ def stand(body, motion, time, force):
         standing.stand(body, motion, time, force)
         return
     q, _, _, ahead, following, change, _ = motion
-    body.work[:] = body.force
+    for m in range(len(q)):
+        body.work[m] = body.force[m]
     apply_blocks(body.swerve, body.starts, q, -1.0, body.work)
     change[:] = 0.0
     apply_blocks(body.give, body.starts, body.work, 1.0, change)
@@ -195,6 +197,7 @@ def stand(body, motion, time, force):
 
 
 @does(verbs.yielded, CoupledBody)
+@part
 def yielded(body, motion, force, ledger):
     """Enter the work, J, of forces of changing speed on the motion that contact causes.
 
@@ -210,6 +213,7 @@ def yielded(body, motion, force, ledger):
 
 
 @does(verbs.note_beside, CoupledBody)
+@part
 def note_beside(body, motion, step, row):
     """Record the contact-free motion of a rotor at a changing speed in the evidence.
 
@@ -223,7 +227,8 @@ def note_beside(body, motion, step, row):
     if len(body.force) == 0:
         return
     q, d, _, values, before, _, _ = motion
-    values[:], before[:] = q, d
+    for m in range(len(q)):
+        values[m], before[m] = q[m], d[m]
     row[BESIDE_X], row[BESIDE_Y] = 0.0, 0.0
     centre = body.read.shape[1] - 2
     for s in range(len(body.alike)):

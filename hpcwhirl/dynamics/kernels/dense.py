@@ -7,15 +7,14 @@ M, D, K. The functions with `does` implement the operations of `verbs` for them.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from hpcwhirl.dynamics.kernels import verbs
+from hpcwhirl.dynamics.kernels.compiled import by_numba, does, part
 from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
 from hpcwhirl.dynamics.kernels.kernel_types import DenseBody
-from hpcwhirl.dynamics.kernels.verbs import does
 
 
-@njit(cache=True)
+@part
 def apply_dense(matrix_t, vector, sign, out):
     """Add sign * matrix @ vector to out, for a matrix that is stored transposed.
 
@@ -29,7 +28,7 @@ def apply_dense(matrix_t, vector, sign, out):
             out[r] += factor * column[r]
 
 
-@njit(cache=True)
+@part
 def beside(still, values, out):
     """Set out (n,) to a body's coordinates less those of its circle, in which it rests.
 
@@ -38,12 +37,14 @@ def beside(still, values, out):
     still : (n,), coordinates on the circle, or (0,) if there is none
     values : (n,), coordinates of the body
     """
-    out[:] = values
+    for i in range(len(out)):
+        out[i] = values[i]
     for i in range(len(still)):
         out[i] -= still[i]
 
 
 @does(verbs.predict, DenseBody)
+@part
 def predict(body, motion):
     """Predict a body's step without contact: increments, and coordinates after it.
 
@@ -59,6 +60,7 @@ def predict(body, motion):
 
 
 @does(verbs.load, DenseBody)
+@part
 def load(body, motion, push, modal):
     """Add the effect of the pulse on the casing to its predicted step without contact.
 
@@ -73,6 +75,7 @@ def load(body, motion, push, modal):
 
 
 @does(verbs.read, DenseBody)
+@part
 def read(body, values, out):
     """Take the radial displacements, m, of a body from its coordinates: set out (r,).
 
@@ -85,6 +88,7 @@ def read(body, values, out):
 
 
 @does(verbs.read_tips, DenseBody)
+@part
 def read_tips(body, values, radial, tips):
     """Take the radial and tangential displacement of each tip, and the centre's, m.
 
@@ -99,6 +103,7 @@ def read_tips(body, values, radial, tips):
 
 
 @does(verbs.collect, DenseBody)
+@part
 def collect(body, motion, lam, index, shape):
     """Compute the generalized forces of the multipliers of all tips on a body.
 
@@ -121,6 +126,7 @@ def collect(body, motion, lam, index, shape):
 
 
 @does(verbs.slide, DenseBody)
+@part
 def slide(body, motion, lam, index, shape, out):
     """Compute how far tips in contact have slid along the rotation over two steps, m.
 
@@ -140,6 +146,7 @@ def slide(body, motion, lam, index, shape, out):
 
 
 @does(verbs.meet, DenseBody)
+@part
 def meet(body, motion, mu, ledger):
     """Add the effect of contact forces to a body's increments; enter their work, J.
 
@@ -162,6 +169,7 @@ def meet(body, motion, mu, ledger):
 
 
 @does(verbs.accept, DenseBody)
+@part
 def accept(body, motion, step):
     """End a step: update the body's coordinates and increments; add the loss, J.
 
@@ -191,6 +199,7 @@ def accept(body, motion, step):
 
 
 @does(verbs.energy, DenseBody)
+@by_numba()
 def energy(body, values, increments, step):
     """Return a body's energy between steps n and n + 1, J, from dense matrices.
 

@@ -6,15 +6,13 @@ modal mass. The functions with `does` implement the operations of `verbs` for it
 
 from __future__ import annotations
 
-from numba import njit
-
 from hpcwhirl.dynamics.kernels import verbs
+from hpcwhirl.dynamics.kernels.compiled import does, part
 from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
 from hpcwhirl.dynamics.kernels.kernel_types import ModalBody
-from hpcwhirl.dynamics.kernels.verbs import does
 
 
-@njit(cache=True)
+@part
 def accumulate(rows, values, out):
     """Set out (n,) to the sum of rows of a table, each times a value: values @ rows.
 
@@ -29,7 +27,7 @@ def accumulate(rows, values, out):
             out[j] += (a * ra[j] + b * rb[j]) + (c * rc[j] + d * rd[j])
 
 
-@njit(cache=True)
+@part
 def modal_energy(values, increments, omega, step):
     """Return the energy of uncoupled modes between steps n and n + 1, J.
 
@@ -47,7 +45,7 @@ def modal_energy(values, increments, omega, step):
     return total
 
 
-@njit(cache=True)
+@part
 def collect_modes(lam, index, shape, rows, out):
     """Compute the modal forces out (m,) of the multipliers of all tips, lam (N,), N.
 
@@ -66,6 +64,7 @@ def collect_modes(lam, index, shape, rows, out):
 
 
 @does(verbs.predict, ModalBody)
+@part
 def predict(body, motion):
     """Predict a body's step without contact: increments, and amplitudes after it.
 
@@ -81,6 +80,7 @@ def predict(body, motion):
 
 
 @does(verbs.load, ModalBody)
+@part
 def load(body, motion, push, modal):
     """Add the effect of the pulse on the casing to its predicted step without contact.
 
@@ -96,6 +96,7 @@ def load(body, motion, push, modal):
 
 
 @does(verbs.read, ModalBody)
+@part
 def read(body, values, out):
     """Compute the radial displacements, m, of a body from its modes: set out (r,).
 
@@ -105,6 +106,7 @@ def read(body, values, out):
 
 
 @does(verbs.read_tips, ModalBody)
+@part
 def read_tips(body, values, radial, tips):
     """Compute the radial and tangential displacement of each tip, and the centre's, m.
 
@@ -122,6 +124,7 @@ def read_tips(body, values, radial, tips):
 
 
 @does(verbs.collect, ModalBody)
+@part
 def collect(body, motion, lam, index, shape):
     """Compute the modal forces of the multipliers of all tips on a body.
 
@@ -137,6 +140,7 @@ def collect(body, motion, lam, index, shape):
 
 
 @does(verbs.slide, ModalBody)
+@part
 def slide(body, motion, lam, index, shape, out):
     """Compute how far tips in contact have slid along the rotation over two steps, m.
 
@@ -158,6 +162,7 @@ def slide(body, motion, lam, index, shape, out):
 
 
 @does(verbs.meet, ModalBody)
+@part
 def meet(body, motion, mu, ledger):
     """Add the effect of contact forces to the modes' increments; enter their work, J.
 
@@ -177,6 +182,7 @@ def meet(body, motion, mu, ledger):
 
 
 @does(verbs.accept, ModalBody)
+@part
 def accept(body, motion, _):
     """End a step: update the modes' amplitudes and increments; add the damping loss, J.
 
@@ -193,6 +199,7 @@ def accept(body, motion, _):
 
 
 @does(verbs.energy, ModalBody)
+@part
 def energy(body, values, increments, step):
     """Return the energy of a body's modes between steps n and n + 1, J.
 

@@ -5,12 +5,12 @@ They measure the rate of multiply-add operations and that of reading arrays.
 
 from __future__ import annotations
 
-from numba import njit
+from hpcwhirl.dynamics.kernels.compiled import by_numba
 
 CHAINS = 96  # number of independent sums, enough to hide the latency of an addition
 
 
-@njit(cache=True, fastmath={"contract"})
+@by_numba(fastmath={"contract"})
 def multiply_add(rounds, values, factor, term):
     """Apply x = factor x + term `rounds` times to each number of an array, in place.
 
@@ -21,7 +21,7 @@ def multiply_add(rounds, values, factor, term):
             values[k] = values[k] * factor + term
 
 
-@njit(cache=True, fastmath={"contract", "reassoc"})
+@by_numba(fastmath={"contract", "reassoc"})
 def total_again(rounds, values):
     """Read an array `rounds` times, summing it; return the total of these sums.
 

@@ -15,7 +15,6 @@ forces that were really applied.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from hpcwhirl.dynamics.kernels.compiled import does, inlined, part, rare, verb
 from hpcwhirl.dynamics.kernels.contact import (
@@ -312,7 +311,7 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
         counter[SAMPLE] = own[SAMPLE]
 
 
-@njit(cache=True)
+@part
 def note_miss(actual, solved, u, gap, ledger):
     """Raise ledger[MISS] to the largest error of a step's solved gaps, if larger.
 

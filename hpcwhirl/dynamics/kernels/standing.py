@@ -24,16 +24,14 @@ from __future__ import annotations
 
 import cmath
 
-from numba import njit
-
 from hpcwhirl.dynamics.kernels import verbs
+from hpcwhirl.dynamics.kernels.compiled import does, kernel, part
 from hpcwhirl.dynamics.kernels.kernel_types import DenseBody, ModalBody
-from hpcwhirl.dynamics.kernels.verbs import does
 
 CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this value
 
 
-@njit(cache=True)
+@part
 def at_centre(hub, values):
     """Return the displacement x_o + i y_o of the shaft's centre, m, rotating frame.
 
@@ -48,7 +46,7 @@ def at_centre(hub, values):
     return complex(x, y)
 
 
-@njit(cache=True)
+@kernel
 def film_at(place, clearance):
     """Return c_t / c_0 - 1 and c_d / c_0 of a squeeze film at a displacement z.
 
@@ -63,7 +61,7 @@ def film_at(place, clearance):
     return across - 1.0, 1.5 * across / left
 
 
-@njit(cache=True)
+@part
 def answer(give, held, moving, even, drift):
     """Return the supports' force f on the centre, N, complex, in a step.
 
@@ -86,7 +84,7 @@ def answer(give, held, moving, even, drift):
     return complex(x, (xx * rest.imag - yx * rest.real) / down)
 
 
-@njit(cache=True)
+@part
 def terms_at(own, place, time):
     """Return the terms of the supports' force on the centre at a time.
 
@@ -113,7 +111,7 @@ def terms_at(own, place, time):
     return held, even, drift
 
 
-@njit(cache=True)
+@part
 def stand(body, motion, time, force):
     """Compute the force of supports on the shaft's centre; add its effect to a step.
 
@@ -139,7 +137,7 @@ def stand(body, motion, time, force):
         following[m] += change
 
 
-@njit(cache=True)
+@part
 def yielded(body, motion, force, _):
     """Subtract the work of the supports' force in a step, J, from the damping loss.
 
@@ -154,7 +152,7 @@ def yielded(body, motion, force, _):
     motion.loss[0] -= 0.5 * (force[0] * both.real + force[1] * both.imag)
 
 
-@njit(cache=True)
+@part
 def note_beside(body, motion, step, row):
     """Do nothing: motion without contact at constant speed is known in closed form.
 
@@ -162,13 +160,14 @@ def note_beside(body, motion, step, row):
     """
 
 
-does(verbs.stand, DenseBody)(stand.py_func)
-does(verbs.yielded, DenseBody)(yielded.py_func)
-does(verbs.note_beside, DenseBody)(note_beside.py_func)
-does(verbs.note_beside, ModalBody)(note_beside.py_func)
+does(verbs.stand, DenseBody)(stand)
+does(verbs.yielded, DenseBody)(yielded)
+does(verbs.note_beside, DenseBody)(note_beside)
+does(verbs.note_beside, ModalBody)(note_beside)
 
 
 @does(verbs.stand, ModalBody)
+@part
 def stand_alike(body, motion, time, force):
     """Do nothing: a body of uncoupled modes has no forces of supports to add.
 
@@ -177,6 +176,7 @@ def stand_alike(body, motion, time, force):
 
 
 @does(verbs.yielded, ModalBody)
+@part
 def yielded_alike(body, motion, force, ledger):
     """Enter no work: no further forces act on a body of uncoupled modes.
 

@@ -1,7 +1,7 @@
 """The operations that the time loop `bodies.march_bodies` applies to a body in a step.
 
 A body is a rotor or a casing, in physical coordinates or as modes. A verb is the name
-of an operation; its implementation for a kind of body is registered with `does` in the
+of an operation; `compiled.does` registers its implementation for a kind of body in the
 file of that kind (`dense`, `modes`, `coupled`, `standing`), and chosen by the type of
 the first argument when the loop is compiled. Texts here have the arguments of all
 implementations.
@@ -9,15 +9,10 @@ implementations.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
-
-from numba import njit
-from numba.extending import overload
+from typing import NamedTuple
 
 from hpcwhirl.arrays import Floats
-
-Function = Callable[..., Any]
+from hpcwhirl.dynamics.kernels.compiled import verb
 
 
 class Motion(NamedTuple):
@@ -41,23 +36,7 @@ class Motion(NamedTuple):
     drag: Floats
 
 
-def does(verb: Function, kind: type) -> Callable[[Function], Function]:
-    """Register the decorated function as implementation of a verb for a kind of body.
-
-    verb : function without body, which only declares the operation
-    kind : NamedTuple, the type of the body
-    """
-
-    def register(function: Function) -> Function:
-        @overload(verb, strict=False)
-        def choose(body: Any, *_: Any) -> Function | None:
-            return function if getattr(body, "instance_class", None) is kind else None
-
-        return njit(cache=True)(function)
-
-    return register
-
-
+@verb
 def predict(body, motion):
     """Predict a body's step without contact: increments, and amplitudes after it.
 
@@ -68,6 +47,7 @@ def predict(body, motion):
     raise NotImplementedError
 
 
+@verb
 def load(body, motion, push, modal):
     """Add the effect of the pulse on the casing to its predicted step without contact.
 
@@ -78,6 +58,7 @@ def load(body, motion, push, modal):
     raise NotImplementedError
 
 
+@verb
 def stand(body, motion, time, force):
     """Add the effect of supports or of a changing speed to the rotor's predicted step.
 
@@ -89,6 +70,7 @@ def stand(body, motion, time, force):
     raise NotImplementedError
 
 
+@verb
 def yielded(body, motion, force, ledger):
     """Enter the work in a step, J, of rotor forces that no constant matrix represents.
 
@@ -104,6 +86,7 @@ def yielded(body, motion, force, ledger):
     raise NotImplementedError
 
 
+@verb
 def read(body, values, out):
     """Compute the radial displacements of a body from its amplitudes or coordinates.
 
@@ -114,6 +97,7 @@ def read(body, values, out):
     raise NotImplementedError
 
 
+@verb
 def read_tips(body, values, radial, tips):
     """Compute the radial and tangential displacement of each tip, and the centre's.
 
@@ -124,6 +108,7 @@ def read_tips(body, values, radial, tips):
     raise NotImplementedError
 
 
+@verb
 def collect(body, motion, lam, index, shape):
     """Compute the generalized forces of the multipliers of all tips on a body.
 
@@ -136,6 +121,7 @@ def collect(body, motion, lam, index, shape):
     raise NotImplementedError
 
 
+@verb
 def slide(body, motion, lam, index, shape, out):
     """Compute how far tips in contact have slid along the rotation over two steps, m.
 
@@ -149,6 +135,7 @@ def slide(body, motion, lam, index, shape, out):
     raise NotImplementedError
 
 
+@verb
 def meet(body, motion, mu, ledger):
     """Add the effect of contact forces to a body's increments; enter their work, J.
 
@@ -160,6 +147,7 @@ def meet(body, motion, mu, ledger):
     raise NotImplementedError
 
 
+@verb
 def accept(body, motion, step):
     """End a step: set motion.q and motion.d to the new state; add the damping loss.
 
@@ -171,6 +159,7 @@ def accept(body, motion, step):
     raise NotImplementedError
 
 
+@verb
 def note_beside(body, motion, step, row):
     """Record the contact-free motion of a rotor at a changing speed in the evidence.
 
@@ -185,6 +174,7 @@ def note_beside(body, motion, step, row):
     raise NotImplementedError
 
 
+@verb
 def energy(body, values, increments, step):
     """Return a body's energy between steps n and n + 1, J.
 
