@@ -16,12 +16,14 @@ import signal
 import stat
 import sys
 import termios
+import threading
 import time
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from hpcwhirl.errors import InputError, shown
+from hpcwhirl.errors import STOPPED, InputError, shown
 
 if TYPE_CHECKING:
     from mpi4py.MPI import Comm
@@ -37,6 +39,7 @@ FAMILIES = {  # MPI family: words in the version text of its libraries and launc
 }
 READY = 13  # tag of the message by which rank 0 wakes another rank
 REST = 1e-4, 0.01  # s, first and longest pause between two checks for that message
+LOOK_EVERY = 0.5  # s between checks whether the launcher still lives
 HEARD_WITHIN = 2.0  # s, longest wait for the launcher to read a rank's last output
 MOST_SHARDS = 100_000  # more than any scheduler's array has elements
 
@@ -189,10 +192,64 @@ def _unread(number: int) -> int:
 
 
 def world() -> Comm:
-    """Initialize MPI and return mpi4py's communicator of all ranks, `COMM_WORLD`."""
+    """Initialize MPI and return mpi4py's communicator of all ranks, `COMM_WORLD`.
+
+    From now on this rank ends by itself if the process that started it dies.
+    """
     from mpi4py import MPI
 
+    _watch_launcher()
     return MPI.COMM_WORLD
+
+
+@dataclass
+class Launcher:
+    """The process that started this rank, such as MPICH's proxy.
+
+    If it is killed, for example for lack of memory, nobody ends its ranks: they would
+    wait for ever in MPI's end, and keep their cores busy.
+
+    Attributes
+    ----------
+    patience : time from its death until this rank ends, s
+    number : its process number; 0: this process is no rank
+    """
+
+    patience: float = 30.0
+    number: int = 0
+
+    @property
+    def is_dead(self) -> bool:
+        """Whether it has ended, so that this process has another parent now."""
+        return self.number not in (0, os.getppid())
+
+
+launcher = Launcher()
+
+
+@cache
+def _watch_launcher() -> None:
+    """Start the thread that ends this rank some time after its launcher has died.
+
+    MPI is finalized by Python, so that the thread still runs meanwhile.
+    """
+    launcher.number = os.getppid()
+    threading.Thread(target=_end_as_orphan, daemon=True).start()
+    atexit.register(_finalize)
+
+
+def _end_as_orphan() -> None:
+    while not launcher.is_dead:
+        time.sleep(LOOK_EVERY)
+    time.sleep(launcher.patience)
+    os._exit(STOPPED)
+
+
+def _finalize() -> None:
+    from mpi4py import MPI
+
+    if MPI.Is_initialized() and not MPI.Is_finalized():
+        MPI.Finalize()
 
 
 def node_of(comm: Communicator) -> Communicator:
@@ -265,7 +322,7 @@ def alien_library() -> str:
         return name
     if not MPI.Is_initialized():
         MPI.Init_thread()
-        atexit.register(MPI.Finalize)
+        atexit.register(_finalize)
     return ""
 
 

@@ -34,6 +34,7 @@ from hpcwhirl.launch import (
     Shard,
     end_all,
     from_root,
+    launcher,
     node_of,
     rest_until_root,
 )
@@ -317,7 +318,7 @@ class Session:
                 return prepared
             design, self.directory, policy, *_ = prepared
             if self.watchdog is not None:
-                self.watchdog.seconds = policy.patience
+                self.watchdog.seconds = launcher.patience = policy.patience
                 if self.claim is not None:
                     self.watchdog.last = self.claim.release
             ending = run_campaign(

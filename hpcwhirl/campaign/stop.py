@@ -23,7 +23,7 @@ from typing import Any, Self
 
 from hpcwhirl import early_signals
 from hpcwhirl.errors import STOPPED, say
-from hpcwhirl.launch import ALONE, Communicator, end_all
+from hpcwhirl.launch import ALONE, Communicator, end_all, launcher
 
 SIGNALS = early_signals.SIGNALS
 MARGIN = 60.0  # s reserved before a wall-time ends, but at most a tenth of it
@@ -265,6 +265,8 @@ class Watchdog:
         asked: float | None = None
         while not self._over.wait(WATCH_EVERY):
             heard = self._heard()  # also signals that no handler has seen yet
+            if launcher.is_dead:
+                self.stopping.ask("the process that started this rank has died")
             if asked is None and (heard or self.stopping.reason):
                 asked = time.monotonic()
             limit = self.seconds + (AFTER_ROOT if self.comm.rank else 0.0)

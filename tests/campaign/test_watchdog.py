@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 import time
+from pathlib import Path
 
 import pytest
 from launch import (
@@ -11,6 +12,7 @@ from launch import (
     SIX,
     held,
     inputs,
+    kill,
     launch,
     pid_of,
     records,
@@ -130,3 +132,38 @@ def test_the_wakeup_of_signals_is_given_back():
         signal.set_wakeup_fd(before)
         os.close(read)
         os.close(write)
+
+
+def lives(pid):
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state not in "ZX"
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+def test_ranks_whose_launcher_is_killed_end_by_themselves(undisturbed, tmp_path):
+    """As for lack of memory: mpirun tells them nothing, and the end of MPI waits."""
+    out = tmp_path / "out"
+    words = ["campaign", inputs(tmp_path, SIX), "--out", out, "--patience", "1"]
+    process = start(words, 2, held(out, 1, pause=0.01), real=True)
+    wait_for(lambda: records(out), process)
+    ranks = [pid_of(process, rank) for rank in range(2)]
+    (proxy,) = {int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+                for pid in ranks}  # fmt: skip
+    if proxy == process.pid:
+        kill(process)
+        pytest.skip("this launcher has no proxy")
+    os.kill(proxy, signal.SIGKILL)
+    end = time.monotonic() + LIMIT
+    while any(map(lives, ranks)) and time.monotonic() < end:
+        time.sleep(0.05)
+    alive = [pid for pid in ranks if lives(pid)]
+    for pid in alive:
+        os.kill(pid, signal.SIGKILL)
+    kill(process)  # mpirun may wait for its proxy
+    assert not alive
+    assert launch(*words).returncode == 0
+    assert root_variables(out) == undisturbed
