@@ -38,6 +38,7 @@ from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import States
 
 FITS = "model, kernel or compiler"  # what a fingerprint identifies, for messages
+END = "-end"  # ending of the name of a case's last motion
 # Fingerprint of a stored last motion, whose round-off depends on the code.
 MOTIONS = f"motion by {CODE}"
 
@@ -47,7 +48,15 @@ def end_name(digest: str) -> str:
 
     digest : digest of the case
     """
-    return f"{digest}-end"
+    return f"{digest}{END}"
+
+
+def digest_in(name: str) -> str:
+    """Return the digest of the case whose last motion has a name, else "".
+
+    name : name in `States`, see `end_name`
+    """
+    return name.removesuffix(END) if name.endswith(END) else ""
 
 
 class Checkpoints:

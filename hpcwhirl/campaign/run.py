@@ -24,8 +24,8 @@ from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Tally, keep_shares, map_ranks
 from hpcwhirl.campaign.stop import PILOT_OVER, Stop, Stopping, Watchdog
-from hpcwhirl.campaign.work import Work, work_of
-from hpcwhirl.campaign.work_queue import WorkQueue
+from hpcwhirl.campaign.work import Work, tidy_ends, work_of
+from hpcwhirl.campaign.work_queue import JobQueue, WorkQueue
 from hpcwhirl.campaign.worker_process import Child
 from hpcwhirl.errors import WhirlError, cases_told, say, twins_told
 from hpcwhirl.launch import (
@@ -152,6 +152,8 @@ def _computed(
         tally = Tally(waits=evaluate.keep_due)
         complete = map_ranks(queue, evaluate, report, stopping, comm, tally)
         complete &= all(comm.allgather(evaluate.keep()))
+        if complete and isinstance(queue, JobQueue):  # on rank 0
+            tidy_ends(design, directory.states, queue.planner)
         tally.beside, tally.first = evaluate.costs_beside()
         if work.jobs:
             why = "" if complete else stopping.reason

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.campaign.begin import Policy
-from hpcwhirl.campaign.compute import computation
+from hpcwhirl.campaign.compute import computation, digest_in
 from hpcwhirl.campaign.machine import machine_facts
 from hpcwhirl.campaign.plan.cost import Costs, RefinedCosts, costs_of
 from hpcwhirl.campaign.plan.design import Design
@@ -101,7 +101,7 @@ def _planned(
     again = partial(is_again, journals, policy.retry) if policy.retry else None
     ended = ended_in(journals, plan, asked, again)
     planner = ended.planner()
-    _tidy(states, ended.told)
+    _tidy(design, states, ended.told, planner)
     notes.forget(set(ended.told))
     jobs, costs = planner.left(), Costs.unknown()
     mine: Sequence[int] = range(len(design.settings))
@@ -181,18 +181,47 @@ def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
     return [*design.columns.first_of(coarse, FOLDING), *beyond.values()]
 
 
-def _tidy(states: States, ended: Mapping[str, Completion]) -> None:
+def _tidy(
+    design: Design, states: States, ended: Mapping[str, Completion], planner: Planner
+) -> None:
     """Remove saved states of ended cases, except timeouts and undecided cases.
 
     Runs that were killed leave such states.
 
     Parameters
     ----------
+    design, planner : the campaign's cases and its planner
     states : files of the saved states
     ended : {digest of a computation: how it ended}
     """
+    tidy_ends(design, states, planner)
     for name in states.names() & ended.keys():  # left by a killed process
         if ended[name].status != "timeout" and not ended[name].is_open:
+            states.drop(name)
+
+
+def tidy_ends(design: Design, states: States, planner: Planner) -> None:
+    """Remove stored last motions with which no case left of a branch begins.
+
+    A process that is killed between the record of a case and the removal of the motion
+    with which the case began leaves such. The last motion of a branch stays, since a
+    longer sweep continues from it, and so does that before a failed case.
+
+    Parameters
+    ----------
+    design, planner : the campaign's cases and its planner
+    states : files of the saved states
+    """
+    if design.grows or not design.is_branched:
+        return
+    needed = planner.open | planner.failed
+    for name in states.names():
+        digest = digest_in(name)
+        case = design.digests.find(digest) if digest else -1
+        following = case + 1
+        if case < 0 or following == len(needed) or needed[following]:
+            continue
+        if computation(design, Job(following, 0, 0)).follows == digest:
             states.drop(name)
 
 

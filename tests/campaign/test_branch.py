@@ -16,6 +16,7 @@ from hpcwhirl.analysis.branches import Branch, branches_of, count_differences, f
 from hpcwhirl.campaign.compute import computation
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import begun, simulate
+from hpcwhirl.campaign.work import tidy_ends
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
@@ -132,6 +133,40 @@ def test_only_the_last_of_a_branch_leaves_its_motion(swept):
     design = Design.of(TABLES)
     lasts = {f"{design.digest(case)}-end" for case in (2, 5, 8, 11)}
     assert States(swept).names() == lasts
+
+
+def test_motions_that_no_case_needs_any_more_are_removed(swept, tmp_path):
+    """A kill between the record of a case and their removal leaves them."""
+    out = Path(shutil.copytree(swept, tmp_path / "out"))
+    states = States(out)
+    last = states.names()
+    source = out / "states" / f"{min(last)}.state"
+    every = {f"{record['digest']}-end" for record in records(out)}
+    for name in every - last:
+        shutil.copyfile(source, out / "states" / f"{name}.state")
+    assert len(states.names()) == 12
+    with hpcwhirl.campaign(TABLES, out):
+        pass  # nothing is left to compute
+    assert states.names() == last
+
+
+def test_a_motion_stays_while_a_case_that_begins_with_it_is_to_come(swept, tmp_path):
+    out = Path(shutil.copytree(swept, tmp_path / "out"))
+    design = Design.of(TABLES)
+    second = next(n for n in range(12) if computation(design, Job(n, 0, 0)).follows)
+    before = f"{computation(design, Job(second, 0, 0)).follows}-end"
+    states = States(out)
+    source = out / "states" / f"{min(states.names())}.state"
+    shutil.copyfile(source, out / "states" / f"{before}.state")
+    told = SimpleNamespace(open=np.arange(12) == second, failed=np.zeros(12, bool))
+    tidy_ends(design, states, told)
+    assert before in states.names()
+    told.open, told.failed = told.failed, told.open
+    tidy_ends(design, states, told)
+    assert before in states.names()
+    told.failed = told.open
+    tidy_ends(design, states, told)
+    assert before not in states.names()
 
 
 def test_what_is_lost_on_the_way_is_computed_again_with_the_same_bits(swept, tmp_path):
