@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from hpcwhirl.analysis.columns import WORD, source_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene.quantities import CHAOS, ROW, variable_name
-from hpcwhirl.store.reading.select import known_counts, swept_of
+from hpcwhirl.store.reading.select import counting, known_counts, swept_of
 
 if TYPE_CHECKING:
     import xarray
@@ -107,7 +107,7 @@ def compare(a: xarray.Dataset, b: xarray.Dataset) -> Comparison:
     both = a, b
     shared = [_shared(data) for data in both]
     over = tuple(dict.fromkeys(n for data in both for n in swept_of(data)))
-    final = [_final(data) for data in both]
+    final = [np.flatnonzero(counting(data)) for data in both]
     keys = [
         _keys(data, over, some, cases)
         for data, some, cases in zip(both, shared, final, strict=True)
@@ -128,13 +128,6 @@ def compare(a: xarray.Dataset, b: xarray.Dataset) -> Comparison:
     alone = len(keys[0]) - len(meet), len(keys[1]) - len(meet)
     differing = _differing(shared[0], shared[1], over)
     return Comparison(over, differing, cases, alone, at, np.stack(words, axis=1), moved)
-
-
-def _final(data: xarray.Dataset) -> Cases:
-    """Return the numbers of the cases that count: of best fidelity at each point."""
-    if "final" not in data:
-        return np.arange(data.sizes["case"])
-    return np.flatnonzero(data["final"].to_numpy() == 1)
 
 
 def _shared(data: xarray.Dataset) -> dict[str, Any]:

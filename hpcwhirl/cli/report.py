@@ -15,6 +15,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     add_option(parser, "--out FILE.html",
         "file to write (default: report.html in DIR)", type=Path)
+    add_option(parser, "--animate CASE",
+        "show the wheel of this case, by its number, in motion; the case is integrated "
+        "again unless full traces were kept; may be repeated (default: a case of each "
+        "word, of those with full traces)", type=int, action="append", default=[])
     add_units(parser, "axes, cases and colours (filters stay in SI)")
 
 
@@ -26,5 +30,5 @@ def run(args: argparse.Namespace) -> int:
 
     check_writable(args.out, folder=False)
     with showing(asked_units(args.units)):
-        print(write_page(Directory(args.folder), args.out))
+        print(write_page(Directory(args.folder), args.out, args.animate))
     return 0

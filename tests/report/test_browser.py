@@ -12,7 +12,7 @@ import made_up
 import numpy as np
 import pytest
 
-from hpcwhirl import open_results
+from hpcwhirl import campaign, open_results
 from hpcwhirl.analysis.regimes import Thresholds, name_regime
 from hpcwhirl.cli import main
 from hpcwhirl.cli.options import scene_of
@@ -585,3 +585,63 @@ def test_what_has_no_traces_or_no_result_says_so(chromium, tmp_path):
     assert text_of(page, "#case .message") == "a"
     assert "No result" in text_of(page, "#case .note")
     assert errors(page) == []
+
+
+@pytest.fixture(scope="module")
+def turning(tmp_path_factory):
+    """Return the page of a short campaign with full traces, whose wheels move."""
+    place = tmp_path_factory.mktemp("turning") / "out"
+    document = {
+        "scene": {"duration": 0.03},
+        "solver": {"modes": 54},
+        "engine": {"rotor": {"blades": 9}},
+        "output": {"traces": "full"},
+        "sweep": {"speed": [380, 420]},
+    }
+    campaign(document, place)
+    return write_page(Directory(place), animate=[1])
+
+
+def frame_of(driver):
+    return int(find(driver, ".motion").get_attribute("data-frame") or -1)
+
+
+def moved(driver, past):
+    wait(driver, lambda: frame_of(driver) != past)
+    return frame_of(driver)
+
+
+INK = "const c = document.querySelector('.motion canvas'); return c.getContext('2d')"
+INK += ".getImageData(0, 0, c.width, c.height).data.filter((v, i) => i % 4 === 3 && v)"
+INK += ".length"
+
+
+def test_the_wheel_moves_until_it_is_stopped(chromium, turning):
+    page = opened(chromium, turning)
+    click(page, 1)
+    moved(page, moved(page, -1))
+    assert page.execute_script(INK) > 1000
+    button = find(page, ".motion .play")
+    button.send_keys(" ")
+    assert button.text == "Play"
+    held = frame_of(page)
+    from selenium.webdriver.common.keys import Keys
+
+    find(page, ".motion input[type=range]").send_keys(Keys.ARROW_RIGHT)
+    assert frame_of(page) == held + 1
+    click(page, 0)
+    assert not page.find_elements("css selector", ".motion")
+    assert not errors(page)
+
+
+def test_the_wheel_stands_still_for_who_prefers_that(chromium, turning):
+    prefers = [{"name": "prefers-reduced-motion", "value": "reduce"}]
+    chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": prefers})
+    try:
+        page = opened(chromium, turning)
+        click(page, 1)
+        wait(page, lambda: frame_of(page) == 0)
+        assert find(page, ".motion .play").text == "Play"
+        assert page.execute_script(INK) > 1000
+    finally:
+        chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})

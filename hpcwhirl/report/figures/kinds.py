@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from hpcwhirl.analysis.branches import aside_of, bundles_of
+from hpcwhirl.analysis.wheel_motion import NEEDED
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.report.canvas import in_defaults, part_of_name, save, tell_in_units
 from hpcwhirl.report.figures import (
@@ -20,6 +21,7 @@ from hpcwhirl.report.figures import (
     shapes,
     sweeps,
     tips,
+    wheel,
 )
 from hpcwhirl.scene.units import showing
 from hpcwhirl.store.reading.results_file import Results
@@ -29,7 +31,7 @@ from hpcwhirl.store.results.variables import DETAIL, changes_in_time
 # Largest number of figures of a kind; all cases that the user names get their figures.
 MOST_CASES = 12
 # traces that only `traces = "full"` keeps
-FULL = {"tips", "blade_impulse", "point_impulse", "stress", "worn"}
+FULL = {"casing", "tips", "blade_impulse", "point_impulse", "stress", "worn"}
 SPECIAL = {  # {trace: message on what the trace needs in addition to `traces = "full"`}
     "point_impulse": "needs an engine.file with several contact points per tip",
     "stress": "needs an engine.file with rotor/stress, and a scheme other than exact",
@@ -51,6 +53,7 @@ class Kind:
     asked : whether figures of this kind are drawn only if the user names the kind
     speed : whether speed and gap of a case must be "constant" or "changing" in time; or
         "any"
+    film : ending of the file of a film that is written, too; "" for none
     """
 
     draw: Callable[..., Any]
@@ -58,6 +61,7 @@ class Kind:
     of: Literal["case", "speeds", "branches", "engine"]
     asked: bool = False
     speed: Literal["any", "constant", "changing"] = "any"
+    film: str = ""
 
     @property
     def transient(self) -> bool:
@@ -103,6 +107,8 @@ KINDS = {
     "stress": Kind(tips.draw_stress, ("stress",), "case", asked=True),
     "waterfall": Kind(sweeps.draw_waterfall, ("centre",), "case", speed="changing"),
     "wear": Kind(tips.draw_wear, ("worn",), "case", asked=True),
+    "motion": Kind(wheel.draw_strip, NEEDED, "case", asked=True, film=".gif"),
+    "movie": Kind(wheel.draw_strip, NEEDED, "case", asked=True, film=".mp4"),
     "basins": Kind(coexisting.draw_basins, (), "engine", asked=True),
     "shapes": Kind(_shapes, (), "engine"),
     "campbell": Kind(_over_speed(frequencies.draw_campbell), (), "engine"),
@@ -145,7 +151,9 @@ def draw_figures(
             path = out / f"{name}{part}.png"
             with showing(units):
                 made = _drawn(name, results, of, path, transient=transient)
-            yield made
+                yield made
+                if KINDS[name].film and isinstance(made, Path):
+                    yield _filmed(name, results, of, path)
 
 
 def cases_at(results: Results, settings: list[str]) -> list[int]:
@@ -255,6 +263,18 @@ def _wanted(
     return {
         f"-{part_of_name(results.others(line[0], '=', aside))}": line for line in lines
     }
+
+
+@in_defaults
+def _filmed(name: str, results: Results, case: int, path: Path) -> Path | str:
+    """Write the film of a kind of figure; return its path, or why it was not written.
+
+    name, path : key of `KINDS`, of a kind that has a film; path of the figure
+    """
+    try:
+        return wheel.write_film(results, case, path.with_suffix(KINDS[name].film))
+    except InputError as refused:
+        return f"{name}, case {case}: {refused}"
 
 
 @in_defaults

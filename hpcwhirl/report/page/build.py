@@ -15,7 +15,7 @@ import html
 import json
 import re
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import cache
 from importlib import resources
@@ -31,6 +31,7 @@ from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.errors import InputError
 from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report.canvas import FIXED, axis_of, value_of
+from hpcwhirl.report.page.motion import motions_of
 from hpcwhirl.report.page.tables import tables_of
 from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
 from hpcwhirl.safe_open import open_regular
@@ -75,22 +76,27 @@ TRACES = "output.traces"
 
 @dataclass(frozen=True)
 class PageData:
-    """The three parts of the data in a campaign's page.
+    """The parts of the data in a campaign's page.
 
     Attributes
     ----------
     facts : data that become JSON: inputs, meanings, units, commands
     columns : values of all columns of results, as bytes, one after another
     records : traces of each case that has some, reduced to bytes, all of one size
+    motions : {case: the wheel in motion, for some cases}
     """
 
     facts: dict[str, Any]
     columns: bytes
     records: list[bytes]
+    motions: dict[int, Any]
 
 
-def page_data(results: Results) -> PageData:
-    """Return the data that a campaign's page contains, from its results."""
+def page_data(results: Results, animate: Sequence[int] = ()) -> PageData:
+    """Return the data that a campaign's page contains, from its results.
+
+    animate : numbers of the cases whose wheel is shown in motion, see `motions_of`
+    """
     sizes, records, slots = _records(results)
     plan = results.plan
     table, data = _columns(results, slots)
@@ -123,7 +129,7 @@ def page_data(results: Results) -> PageData:
         "traces": asdict(sizes) | {"bytes": sizes.bytes, "kept": len(records)},
         **_commands(results),
     }  # fmt: skip
-    return PageData(facts, data, records)
+    return PageData(facts, data, records, motions_of(results, animate))
 
 
 def _refined(results: Results) -> dict[str, Any] | None:
@@ -384,22 +390,27 @@ def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, A
 
 LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")
 SCRIPTS = ("expression", "condition", "data", "words", "axes", "story", "refined",
-           "map", "charts", "case", "table", "main")  # fmt: skip
+           "map", "charts", "case", "motion", "table", "main")  # fmt: skip
 DIGEST = re.compile(rb'<meta name="hpcwhirl-results" content="([0-9a-f]{64})">')
 HEAD_BYTES = 4096  # beginning of the page that contains the line with the digest
 
 
-def write_page(directory: Directory, out: Path | None = None) -> Path:
+def write_page(
+    directory: Directory, out: Path | None = None, animate: Sequence[int] = ()
+) -> Path:
     """Write the page of a finished campaign and return its path.
 
-    out : the file to write; None: `report.html` in the directory
+    Parameters
+    ----------
+    directory, out : the campaign; the file to write, None: `report.html` in it
+    animate : numbers of the cases whose wheel is shown in motion, see `motions_of`
     """
     results = Results(directory.results)
     if not len(results):
         raise InputError(f"{results.path} has no cases: nothing to show")
     path = out or directory.page
     sweep_idle(path.parent, path.name)  # files left by a killed process
-    write_whole(path, page_of(page_data(results)).encode(), held=True)
+    write_whole(path, page_of(page_data(results, animate)).encode(), held=True)
     return path
 
 
@@ -426,6 +437,7 @@ def page_of(content: PageData) -> str:
         "style": _asset("assets/page.css"),
         "facts": _json(content.facts),
         "columns": base64.b64encode(content.columns).decode(),
+        "motions": _json(content.motions),
         "traces": "".join(base64.b64encode(r).decode() for r in content.records),
         "scripts": "".join(f"<script>{text}</script>\n" for text in scripts),
     }
@@ -438,7 +450,7 @@ def _asset(name: str) -> str:
     return place.read_text("utf-8")
 
 
-def _json(facts: dict[str, Any]) -> str:
+def _json(facts: Mapping[Any, Any]) -> str:
     """Return facts as JSON text without <, so that it cannot end its HTML element."""
     return json.dumps(facts, allow_nan=False).replace("<", "\\u003c")
 

@@ -46,6 +46,8 @@ function showCase(place, i) {
   const record = recordOf(i);
   if (record) place.append(figures(record, i), earlyBox(i));
   else place.append(textElement("p", noTraces(i), "note"));
+  const moving = motionBox(i);
+  if (moving) place.append(moving);
   place.append(commandBlock("Integrate it again", commandOf(i)), numbers(i));
 }
 

@@ -390,7 +390,7 @@ function drawHead() {
   const over = swept.filter((s) => s.levels.length > 1).map((s) => `${s.levels.length} × ${s.name}`).join(", ");
   element("lead").textContent = [
     over || "nothing is swept", told.fixed.join(", "), `results of ${told.facts.created ?? "unknown time"}`,
-    `hpcwhirl ${told.facts.version ?? "?"}`, thinned(),
+    `hpcwhirl ${told.facts.version ?? "?"}`, thinned(), motionNote(),
     ...(superseded.size ? [`${superseded.size} of the cases were computed again by a finer preset, which counts`] : []),
     ...(told.twins ? [`coloured by most of twins and case; ${told.twins}`] : []),
   ].filter(Boolean).join(" · ");

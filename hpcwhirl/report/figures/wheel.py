@@ -1,0 +1,178 @@
+"""Figures of the wheel in motion: a strip of frames for print, and a film.
+
+Displacements, and the gap, are enlarged by one factor about the undeformed tips.
+"""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import animation
+from matplotlib.collections import LineCollection
+
+from hpcwhirl.analysis.wheel_motion import Frames, frames_of
+from hpcwhirl.arrays import Floats
+from hpcwhirl.errors import InputError
+from hpcwhirl.report.canvas import new_figure, title_of, value_of
+from hpcwhirl.scene import Scene
+from hpcwhirl.store.atomic import make_folders, replacing, telling
+from hpcwhirl.store.reading.results_file import Results
+
+STRIP = 6  # frames of the strip
+MOST = 120  # frames of the film
+RATE = 15  # frames of the film a second
+COLOURS = 16  # of a GIF
+GAP_SHARE = 0.07  # of the wheel's radius that the gap takes, or less:
+LONGEST_SHARE = 0.22  # the largest displacement takes no more than this
+HUB = 0.16  # least radius of the drawn hub / that of the wheel
+FORCE = 0.26  # length of the line of the largest force / radius of the wheel
+BLADES, TOUCH, PATH, WALL = "#2F6DB3", "#C63D0F", "#6B7A1F", "0.35"
+FORMATS = {".gif": animation.PillowWriter, ".mp4": animation.FFMpegWriter}
+
+
+def draw_strip(results: Results, case: int) -> Any:
+    """Return a figure of six frames of a case's wheel, at equal times.
+
+    results, case : results with full traces; number of the case
+    """
+    frames, scene = _frames(results, case)
+    figure, panels = new_figure((10.5, 7.4), 2, STRIP // 2)
+    scale = _scale(frames)
+    chosen = np.linspace(0, len(frames.time) - 1, STRIP).astype(int)
+    for axes, n in zip(np.ravel(panels), chosen.tolist(), strict=True):
+        _draw(axes, frames, n, scale, scene)
+    figure.suptitle(f"{title_of(results.rows[case])}\n{_legend(frames, scale, scene)}",
+                    fontsize=10)  # fmt: skip
+    return figure
+
+
+def write_film(results: Results, case: int, path: Path) -> Path:
+    """Write a film of a case's wheel and return its path.
+
+    path : its ending, one of `FORMATS`, sets the format
+
+    Raises
+    ------
+    InputError
+        if ffmpeg is needed and missing
+    """
+    if path.suffix == ".mp4" and not shutil.which("ffmpeg"):
+        raise InputError("a film as mp4 needs the program ffmpeg, which is not there")
+    frames, scene = _frames(results, case)
+    figure, axes = new_figure((4.6, 5.0))
+    scale = _scale(frames)
+    title = f"{title_of(results.rows[case])}\n{_legend(frames, scale, scene)}"
+
+    def drawn(n: int) -> list[Any]:
+        axes.clear()
+        _draw(axes, frames, n, scale, scene)
+        figure.suptitle(title, fontsize=7)
+        return [axes]
+
+    film = animation.FuncAnimation(figure, drawn, frames=len(frames.time), blit=False)
+    with telling(path):
+        make_folders(path.parent)
+        with replacing(path, held=True) as part:
+            named = part.with_suffix(path.suffix)  # the writer goes by the ending
+            film.save(named, writer=FORMATS[path.suffix](fps=RATE), dpi=72)
+            if path.suffix == ".gif":
+                _with_few_colours(named)
+            named.replace(part)
+    return path
+
+
+def _with_few_colours(path: Path) -> None:
+    """Write a GIF again with one palette for all frames: half as large."""
+    from PIL import Image, ImageSequence
+
+    with Image.open(path) as film:
+        frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(film)]
+    palette = frames[-1].quantize(COLOURS)
+    first, *others = (f.quantize(palette=palette, dither=0) for f in frames)
+    first.save(path, save_all=True, append_images=others, loop=0, optimize=True,
+               duration=1000 // RATE)  # fmt: skip
+
+
+def _frames(results: Results, case: int) -> tuple[Frames, Scene]:
+    """Return the frames of a case with full traces, and its scene."""
+    scene = results.scene(case)
+    row = {n: results[n][case] for n in ("regime", "tip_growth")}
+    return frames_of(scene, row, results.traces(case), MOST), scene
+
+
+def _scale(frames: Frames) -> float:
+    """Return the drawn length of a metre of displacement, in radii of the wheel."""
+    most = max(float(abs(part).max(initial=1e-12))
+               for part in (frames.centre, frames.tips, frames.wall))  # fmt: skip
+    return min(GAP_SHARE / max(float(frames.gap[0]), 1e-9), LONGEST_SHARE / most)
+
+
+def _legend(frames: Frames, scale: float, scene: Scene) -> str:
+    """Return what a reader must know of the drawing."""
+    most = float(frames.force.max(initial=0.0))
+    times = scale * scene.engine.rotor.radius
+    return (
+        f"static frame; displacements and gap × {times:.3g}; red: contact, length by "
+        f"the root of the force, at most {value_of('force', most).partition('= ')[2]}"
+    )
+
+
+def _draw(axes: Any, frames: Frames, n: int, scale: float, scene: Scene) -> None:
+    """Draw one frame: casing, blades, hub, contacts, and the centre's path until then.
+
+    scale : drawn length of a metre of displacement, in radii of the wheel
+    """
+    rotor = scene.engine.rotor
+    hub = max(rotor.disk_radius / rotor.radius, HUB)
+    theta = np.linspace(0.0, 2.0 * np.pi, 361)
+    waves = theta[:, None] * np.arange(frames.wall.shape[1])
+    parts = np.cos(waves) @ frames.wall[n, :, 0] + np.sin(waves) @ frames.wall[n, :, 1]
+    wall = (1.0 + scale * (frames.gap[n] + parts)) * np.exp(1j * theta)
+    axes.plot(wall.real, wall.imag, c=WALL, lw=1.2)
+    blades = _blades(frames, n, scale, hub)
+    there = np.arange(len(blades)) != frames.lost
+    lines = [np.stack([b.real, b.imag], axis=1) for b in blades[there]]
+    axes.add_collection(LineCollection(lines, colors=BLADES, linewidths=1.1))
+    path = scale * (frames.centre[: n + 1] @ np.array([1.0, 1j]))
+    rim = path[-1] + hub * np.exp(1j * theta)
+    axes.plot(rim.real, rim.imag, c=BLADES, lw=1.1)
+    axes.plot(path.real, path.imag, c=PATH, lw=0.7)
+    axes.plot(path[-1].real, path[-1].imag, "k.", ms=4)
+    _touch(axes, blades[:, -1], frames.force[n], float(frames.force.max(initial=0.0)))
+    axes.set(aspect="equal", xlim=(-1.35, 1.35), ylim=(-1.35, 1.35))
+    axes.set_axis_off()
+    axes.set_title(f"t = {1e3 * frames.time[n]:.2f} ms", fontsize=8)
+
+
+def _blades(frames: Frames, n: int, scale: float, hub: float) -> Any:
+    """Return points of all blades from hub to tip, (N, 9), complex, static frame.
+
+    Each is a clamped beam that its tip bends; hub : its radius, in radii of the wheel
+    """
+    count = frames.tips.shape[1]
+    turned = np.exp(1j * (frames.angle[n] + 2.0 * np.pi * np.arange(count) / count))
+    centre = scale * (frames.centre[n] @ np.array([1.0, 1j])) / turned
+    tip = scale * (frames.tips[n] @ np.array([1.0, 1j]))
+    z = np.linspace(0.0, 1.0, 9)
+    bent = 0.5 * z**2 * (3.0 - z)
+    along = centre.real[:, None] + np.outer(tip.real - centre.real, z)
+    across = centre.imag[:, None] + np.outer(tip.imag - centre.imag, bent)
+    return turned[:, None] * (hub + z * (1.0 - hub) + along + 1j * across)
+
+
+def _touch(axes: Any, tips: Any, force: Floats, most: float) -> None:
+    """Draw the contacts of one frame: dots, and lines inward.
+
+    tips, force : (N,), complex, drawn places of the tips; (N,), N
+    most : N, largest force of all frames
+    """
+    touched = force > 0.0
+    if not touched.any():
+        return
+    at = tips[touched]
+    inward = at * (1.0 - FORCE * np.sqrt(force[touched] / most) / np.abs(at))
+    axes.plot([at.real, inward.real], [at.imag, inward.imag], c=TOUCH, lw=1.4)
+    axes.plot(at.real, at.imag, ".", c=TOUCH, ms=6)
