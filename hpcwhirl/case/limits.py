@@ -124,9 +124,9 @@ def _stiff_up_to(model: Model) -> float:
 
 def _check_range(bearing: Bearing, speeds: tuple[float, ...]) -> None:
     """Raise InputError if one of `speeds`, rad/s, lies outside a bearing's table."""
-    least, most = float(bearing.speeds[0]), float(bearing.speeds[-1])
+    least, most = bearing.range
     for speed in speeds:
-        if len(bearing.speeds) > 1 and not least <= abs(speed) <= most:
+        if not least <= abs(speed) <= most:
             raise InputError(
                 f"speed must be {least:.6g} to {most:.6g} rad/s, in either direction, "
                 f"the range of the table of bearing, got {speed:.6g}"
@@ -149,19 +149,9 @@ def check_supports(model: Model, scene: Scene) -> None:
     if spin.support.is_plain:
         return
     own = spin.support.at(scene.speed)
-    apart, mean = "damping_difference", "N s/m, the mean"
-    if abs(own.damping_apart) > own.damping.real * (1 + 1e-9):
-        raise InputError(
-            f"{apart} must be within +-{own.damping.real:.6g} {mean} that "
-            f"suspension_damping gives, got {own.damping_apart.real:.6g}"
-        )
     hub = centre_rows(model.rotor, model.blades)[0]
     held = 1.0 / float((hub**2 / model.rotor.omega**2).sum()) + own.stiffness.real
-    if not abs(own.stiffness_apart) < held * (1 - 1e-9):
-        raise InputError(
-            f"stiffness_difference must be within +-{held:.6g} N/m, the mean, got "
-            f"{own.stiffness_apart.real:.6g}"
-        )
+    _check_directions(own, held, scene)
     if not SCHEMES[scheme].stands:
         able = " or ".join(f"'{one.name}'" for one in SCHEMES.values() if one.stands)
         raise InputError(
@@ -174,6 +164,34 @@ def check_supports(model: Model, scene: Scene) -> None:
             f"unbalance must be 0 {told}, and lost_blade {NO_BLADE}, got "
             f"{scene.unbalance} and {scene.engine.rotor.lost_blade}"
         )
+
+
+def _check_directions(own: Support, held: float, scene: Scene) -> None:
+    """Raise InputError for a stiffness or damping that is negative in a direction.
+
+    own, held : the supports at the scene's speed; N/m, mean stiffness of the centre
+    """
+    apart, within = abs(own.stiffness_apart), held * (1 - 1e-9)
+    lost, least = abs(own.damping_apart), own.damping.real * (1 + 1e-9)
+    if apart < within and lost <= least:
+        return
+    if scene.engine.rotor.bearing:
+        what = f"stiffness > 0 N/m, got {held - apart:.6g}"
+        if apart < within:
+            what = f"damping >= 0 N s/m, got {own.damping.real - lost:.6g}"
+        raise InputError(
+            f"bearing must have in all directions, at {scene.speed:.6g} rad/s, a {what}"
+        )
+    if not lost <= least:
+        raise InputError(
+            f"damping_difference must be within +-{own.damping.real:.6g} N s/m, the "
+            "mean that suspension_damping gives, got "
+            f"{own.damping_apart.real:.6g}"
+        )
+    raise InputError(
+        f"stiffness_difference must be within +-{held:.6g} N/m, the mean, got "
+        f"{own.stiffness_apart.real:.6g}"
+    )
 
 
 def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:

@@ -152,6 +152,11 @@ def run(args: argparse.Namespace) -> int:
             "export-model cannot write a disk that tilts or a lost blade: the file has "
             "no terms for either with rotation full"
         )
+    if scene.engine.rotor.bearing:
+        raise InputError(
+            "export-model cannot write a bearing's table: the file holds the springs "
+            "that the table replaces; leave out bearing"
+        )
     facts = {"layout": LAYOUT, "scene": to_toml(scene)}
     write_arrays(args.out, arrays_of(model), facts)
     print(args.out)

@@ -5,6 +5,7 @@ They are cached, so that the cases of a campaign with one engine share them.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import lru_cache
 
@@ -82,10 +83,20 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
     if model.spin is None:
         return with_ratio(model, suspended, rotor.suspension_damping)
     if rotor.bearing:
-        own = bearing_of(kept_rows(rotor.bearing), rotor.centre_stiffness)
-        return replace(model, spin=replace(model.spin, support=own))
+        return _borne(model, rotor)
     ratios = rotor.damping, rotor.suspension_damping
     return _supported(model, rotor, standing_damping(model, rotor.blades, *ratios))
+
+
+def _borne(model: ModalModel, rotor: Rotor) -> ModalModel:
+    """Return a rotor's model on the bearing of its table in place of the springs k_o.
+
+    The springs, which are in the rotor's stiffness, are not in its damping, either: the
+    rotor is damped as one that nothing holds.
+    """
+    own = bearing_of(kept_rows(rotor.bearing), rotor.centre_stiffness)
+    held = math.sqrt(own.spring) * centre_rows(model, rotor.blades)
+    return replace(model, unheld=held, spin=replace(model.terms, support=own))
 
 
 def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:

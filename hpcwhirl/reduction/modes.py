@@ -36,6 +36,7 @@ Added = tuple[Complexes, Complexes, Complexes]
 REACH = 2.0  # reference speed that extends a basis / first natural frequency
 BACKWARD = np.array([[-1j]])  # turns conj(x + i y) by 90 degrees, anticlockwise
 NONE = np.zeros((0, 0))
+ROUND_OFF = 1e-12  # omega^2, relative to the largest, of a rotor's free translation
 SUSPENSION_SHARE = 0.5  # least share of strain energy in the springs of the suspension
 
 
@@ -151,6 +152,9 @@ class ModalModel:
     centre_share : (m,), share of the strain energy in the shaft's springs; NaN if the
         shapes of a rotor from file do not determine the springs, see `supports`
     damping : modal damping ratio xi, one for all modes or (m,)
+    unheld : (2, m), sqrt(k_o) times the centre's motion in each mode, 1/s, where the
+        ratio, one for all modes, is that of the rotor without the springs k_o in K;
+        None: the springs count, and the modes are those of the damping, too
     kept : number of fixed-interface modes actually kept (pairs are never split)
     cyclic : whether all sectors are the same, so that diameter, rank and phase are
         exact
@@ -179,6 +183,7 @@ class ModalModel:
     reach: float = math.inf
     points: TipPoints | None = None
     stress: Stress | None = None
+    unheld: Floats | None = None
 
     @property
     def ratios(self) -> Floats:
@@ -209,15 +214,40 @@ class ModalModel:
             np.ascontiguousarray(shapes),
             self.ratios[modes],
         )
+        if self.unheld is not None:
+            kept["unheld"] = self.unheld[:, modes]
         return replace(self, mass=NONE, stiffness=NONE, **kept)
 
     def damping_matrix(self) -> Floats:
         """Return the matrix of modal damping, (n, n), N s/m.
 
-        D = M Phi diag(2 xi omega) Phi^T M, with Phi the mode shapes.
+        D = M Phi diag(2 xi omega) Phi^T M, with Phi the mode shapes; of a rotor that
+        is damped as without springs, M Phi `unheld_rates` Phi^T M.
         """
         lift = self.mass @ self.shapes
-        return (lift * (2 * self.ratios * self.omega)) @ lift.T
+        if self.unheld is None:
+            return (lift * (2 * self.ratios * self.omega)) @ lift.T
+        rates = unheld_rates(self.ratios, self.omega, self.unheld)
+        return np.asarray(lift @ rates @ lift.T)
+
+
+def unheld_rates(ratios: Floats, omega: Floats, held: Any) -> Any:
+    """Return the modal damping, (m, m), 1/s, that a rotor without springs would have.
+
+    It is 2 xi sqrt(Lambda - h^H h), Lambda = diag(omega^2) with springs k_o at the
+    centre and h^H h their part of it: diagonal in the modes of the rotor without these
+    springs, in which the translation of the whole rotor is not damped.
+
+    Parameters
+    ----------
+    ratios, omega : (m,), xi, the same for all modes; rad/s, with the springs
+    held : h, (2, m) of real modes, (1, m) of complex ones: sqrt(k_o) times the
+        displacement of the centre in each mode
+    """
+    squares, shapes = np.linalg.eigh(np.diag(omega**2) - held.conj().T @ held)
+    squares[squares < ROUND_OFF * squares.max()] = 0.0
+    rates = 2 * ratios * np.sqrt(squares)
+    return (shapes * rates) @ shapes.conj().T
 
 
 def has_centre(model: ModalModel, blades: int) -> bool:

@@ -49,6 +49,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -136,41 +137,69 @@ def planar(factor: complex) -> Floats:
 class Bearing:
     """Springs and dampers of the shaft's centre that depend on the speed, from a table.
 
-    Between the table's speeds they are interpolated by monotone cubics (PCHIP).
-    Beyond the table its end values hold, but only in searches over the speed: a case at
-    such a speed is refused. For a rotor that turns clockwise the supports are mirrored.
+    Each of the eight coefficients is interpolated by itself between the table's speeds,
+    by a monotone cubic (PCHIP): it stays between the values of the two rows. Beyond the
+    table its end values hold, but only in searches over the speed: a case at such a
+    speed is refused. A table of one row holds at all speeds. For a rotor that turns
+    clockwise the supports are mirrored.
 
     Attributes
     ----------
     speeds : (n,), rad/s, ascending
-    coefficients : (n, 4), k, c, k_d, c_d at each speed, see `Support`
+    columns : (n, 8), k_xx, k_xy, k_yx, k_yy, N/m, and c_xx, ..., N s/m, at each speed
+    spring : k_o, N/m, which is in the rotor's matrix and replaced by the table
     """
 
     speeds: Floats
-    coefficients: Complexes
+    columns: Floats
+    spring: float = 0.0
 
     @property
+    def range(self) -> tuple[float, float]:
+        """The least and the largest magnitude of the speed that the table covers."""
+        if len(self.speeds) == 1:
+            return 0.0, math.inf
+        return float(self.speeds[0]), float(self.speeds[-1])
+
+    @cached_property
     def is_round(self) -> bool:
         """Whether the supports are the same in all directions, at every speed."""
-        return not self.coefficients[:, 2:].any()
+        xx, xy, yx, yy = np.moveaxis(self.columns.reshape(-1, 2, 4), 2, 0)
+        return bool((xx == yy).all() and (xy == -yx).all())
 
     @property
     def is_plain(self) -> bool:
         """Whether the supports' matrices in the rotating frame are constant in time."""
         return self.is_round
 
-    def at(self, speed: float) -> Support:
-        """Return the springs and dampers at a speed, rad/s."""
+    def coefficients(self, speed: float) -> Floats:
+        """Return the eight coefficients at the magnitude of a speed, rad/s, (8,)."""
+        if len(self.speeds) == 1:
+            return np.asarray(self.columns[0])
+        inside = float(np.clip(abs(speed), self.speeds[0], self.speeds[-1]))
+        after = int(np.clip(np.searchsorted(self.speeds, inside), 1, None))
+        rows = self.columns[after - 1 : after + 1]
+        between = self._over_speed(inside)
+        return np.asarray(np.clip(between, rows.min(axis=0), rows.max(axis=0)))
+
+    @cached_property
+    def _over_speed(self) -> Any:
         from scipy.interpolate import PchipInterpolator  # slow to import
 
-        inside = float(np.clip(abs(speed), self.speeds[0], self.speeds[-1]))
-        found = self.coefficients[0]
-        if len(self.speeds) > 1:
-            parts = self.coefficients.real, self.coefficients.imag
-            real, imag = (PchipInterpolator(self.speeds, p)(inside) for p in parts)
-            found = real + 1j * imag
-        k, c, k_d, c_d = (complex(value) for value in found)
-        return Support(k, c, k_d, c_d).at(speed)
+        return PchipInterpolator(self.speeds, self.columns)
+
+    def at(self, speed: float) -> Support:
+        """Return the springs and dampers at a speed, rad/s."""
+        (k, k_d), (c, c_d) = map(_by_direction, self.coefficients(speed).reshape(2, 4))
+        if self.is_round:
+            k_d = c_d = 0j
+        return Support(k - self.spring, c, k_d, c_d).at(speed)
+
+
+def _by_direction(four: Floats) -> tuple[complex, complex]:
+    """Return (k, k_d) of four coefficients k_xx, k_xy, k_yx, k_yy, see the module."""
+    xx, xy, yx, yy = map(float, four)
+    return complex(xx + yy, yx - xy) / 2, complex(xx - yy, yx + xy) / 2
 
 
 def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
@@ -181,13 +210,7 @@ def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
     spring : k_o, N/m, which is in the rotor's matrix and replaced by the table
     """
     table = np.array(rows)
-    parts = []
-    for first in (1, 5):
-        xx, xy, yx, yy = table[:, first : first + 4].T
-        parts.append(((xx + yy) + 1j * (yx - xy)) / 2)
-        parts.append(((xx - yy) + 1j * (yx + xy)) / 2)
-    k, k_d, c, c_d = parts
-    return Bearing(table[:, 0], np.column_stack([k - spring, c, k_d, c_d]))
+    return Bearing(table[:, 0], table[:, 1:], spring)
 
 
 def small_damping(

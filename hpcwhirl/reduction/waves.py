@@ -32,6 +32,7 @@ from hpcwhirl.reduction.modes import (
     SpinBlock,
     has_centre,
     stiffening_at,
+    unheld_rates,
 )
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.supports import Bearing, Support, planar
@@ -226,13 +227,22 @@ def diameter_matrices(
     piece, speed : the modes and their terms of rotation; Omega, rad/s
     """
     spin = model.terms
-    ratios = model.ratios[(model.diameter == piece.k) & (model.phase == 0)]
     stiffness = np.diag(piece.omega**2) + stiffening_at(piece, speed)
     moved, own = np.outer(piece.hub.conj(), piece.hub), spin.support.at(speed)
     held = own.turning(speed)
-    damping = np.diag(2 * ratios * piece.omega) + own.damping.real * moved
+    damping = _modal_damping(model, piece) + own.damping.real * moved
     gyro = 2 * speed * piece.coriolis - 1j * own.damping.imag * moved
     return gyro, damping, stiffness + held.real * moved, -1j * held.imag * moved
+
+
+def _modal_damping(model: ModalModel, piece: SpinBlock) -> Floats | Complexes:
+    """Return the modal damping of a rotor on one nodal diameter, (m, m), 1/s."""
+    chosen = np.flatnonzero((model.diameter == piece.k) & (model.phase == 0))
+    ratios, support = model.ratios[chosen], model.terms.support
+    if not isinstance(support, Bearing):
+        return np.diag(2 * ratios * piece.omega)
+    held = np.sqrt(support.spring) * piece.hub[None, :]
+    return np.asarray(unheld_rates(ratios, piece.omega, held))
 
 
 def quadratic_roots(

@@ -10,7 +10,8 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BeforeValidator
 
 from hpcwhirl.scene import contact_laws
-from hpcwhirl.scene.kept_tables import bearing_table, profile_table
+from hpcwhirl.scene.bearing_tables import bearing_table
+from hpcwhirl.scene.kept_tables import profile_table
 from hpcwhirl.scene.rules import NO_BLADE, OF_CASING, OF_ENGINE, OF_ROTOR
 from hpcwhirl.scene.table_model import (
     Change,
@@ -105,9 +106,9 @@ class Rotor(Inputs):
         "which the result centre_peak shows", symbol="c_f")
     bearing: Annotated[str, AfterValidator(bearing_table)] = given("", "1",
         "table of a bearing's coefficients over speed; it replaces springs and damper "
-        "at the centre; a CSV or TOML file with the columns frequency, rad/s, kxx, "
-        "kxy, kyx, kyy, cxx, cxy, cyx, cyy; stored as text; only with rotation full, "
-        "not with a rotor from file")
+        "at the centre; a CSV or TOML file with the columns speed, rad/s, kxx, kxy, "
+        "kyx, kyy, cxx, cxy, cyx, cyy; stored as text; only with rotation full, not "
+        "with a rotor from file")
     lost_blade: int = given(NO_BLADE, "1",
         "number of the blade that is lost when the run begins, counted from 0; -1: "
         "none; the others are then unbalanced; only with rotation full, not with a "

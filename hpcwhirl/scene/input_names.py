@@ -7,7 +7,8 @@ from functools import cache
 from typing import Any, TypeGuard, get_origin
 
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.scene.kept_tables import bearing_table, profile_table
+from hpcwhirl.scene.bearing_tables import bearing_table
+from hpcwhirl.scene.kept_tables import profile_table
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
 from hpcwhirl.scene.units import each_in_si, told_of
 

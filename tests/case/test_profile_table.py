@@ -89,7 +89,7 @@ def test_two_bumps_are_those_of_their_formula():
         ("none.csv", "none.csv"),
         ("lobes,size;1,2", "it must have the columns"),
         (f"{HARMONICS};1,2", "every row must have 3 numbers"),
-        (f"{HARMONICS};1,a,2", "its values must be numbers"),
+        (f"{HARMONICS};1,a,2", "every row must have 3 numbers"),
         (f"{HARMONICS};1.5,1e-5,0", "whole numbers from 0 to 200"),
         (f"{HARMONICS};2,1e-5,0;2,1e-6,0", "each harmonic once"),
         (f"{HARMONICS};2,inf,0", "of finite numbers"),

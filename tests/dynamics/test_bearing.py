@@ -10,7 +10,8 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.supports import bearing_of, planar
 from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines
 from hpcwhirl.scene import Scene, apply_settings, digest, load_scene, to_toml
-from hpcwhirl.scene.kept_tables import HEAD, bearing_table, kept_rows
+from hpcwhirl.scene.bearing_tables import HEAD, bearing_table
+from hpcwhirl.scene.kept_tables import kept_rows
 
 STIFFNESS = MASS * OWN**2
 CSV = """frequency, kxx, kyy, kxy, kyx, cxx
@@ -130,6 +131,35 @@ def test_a_table_of_springs_is_the_springs(base):
     assert abs(residual) < 1e-9 * histories[1].ledger["pulse"]
 
 
+MISTUNED = [0.01, -0.02, 0.0, 0.015, -0.005]
+
+
+@pytest.mark.parametrize("speed", [100.0, 800.0])
+@pytest.mark.parametrize("mistuning", [[], MISTUNED])
+def test_the_springs_that_a_table_replaces_have_no_effect(mistuning, speed):
+    """Growth, frequency and work are the same on any `centre_stiffness`."""
+    own = table((0, 3e7, 0, 0, 3e7, 2e3, 0, 0, 2e3))
+    found = []
+    for base in (3.4e6, 3.4e7, 3.4e8):
+        more = {"bearing": own, "centre_stiffness": base, "mistuning": mistuning}
+        rotor = resolve(apply_settings(Scene(), GIVEN | more)).model.rotor
+        lines = wave_lines(rotor, 5, speed)
+        found.append(np.array(sorted((x.growth, abs(x.rotating)) for x in lines)))
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
+    assert found[2] == pytest.approx(found[1], rel=1e-6)
+
+
+def test_a_rotor_on_a_table_damps_no_translation_of_its_own():
+    """Of a stiff rotor the bearing's damper alone decides: m s^2 + c s + k = 0."""
+    k, c = STIFFNESS, 500.0
+    own = table((0, k, 0, 0, k, c, 0, 0, c))
+    ratios = {"suspension_damping": -1.0, "rotor.damping": 0.05}
+    scene = stiff(8, bearing=own, speed=300.0, **ratios)
+    lines = wave_lines(resolve(scene).model.rotor, 8, 300.0)
+    growth = [x.growth for x in lines if x.family == "suspension"]
+    assert growth == pytest.approx([-c / (2 * MASS)] * 2, rel=2e-3)
+
+
 def test_critical_speeds_are_where_the_table_s_frequency_is_the_speed():
     """k(Omega) = m Omega^2, k linear in the speed: a quadratic equation."""
     k_0, slope = 0.5 * STIFFNESS, 0.8 * STIFFNESS / OWN
@@ -160,15 +190,23 @@ def test_a_scene_keeps_the_table_and_not_the_file(tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "told"),
     [
-        ("a.csv", "kxx,cxx\n1,2\n", "columns frequency"),
+        ("a.csv", "kxx,cxx\n1,2\n3,4\n", "column speed, or one row, got 'kxx, cxx'"),
         ("a.csv", "frequency,cxx\n1,2\n", "columns kxx"),
-        ("a.csv", "frequency;kxx;cxx\n1;2;3\n", "commas, got 'frequency;kxx;cxx'"),
         ("a.csv", "frequency,kxx,cxx\n2,1,1\n1,1,1\n", "ascend"),
-        ("a.csv", "frequency,kxx,cxx\n1,x,1\n", "must be numbers"),
-        ("a.csv", "frequency,kxx,cxx\n1,nan,1\n", "finite"),
-        ("a.csv", "frequency,kxx,cxx\n1,2\n", "must be numbers"),
-        ("a.csv", "frequency,kxx,cxx\n1,2,3,4\n", "as many values"),
+        ("a.csv", "frequency,kxx,cxx\n\n1,x,1\n", "line 3, column kxx: .* number"),
+        ("a.csv", "frequency,kxx,cxx\n1,nan,1\n", "line 2, column kxx: .* finite"),
+        ("a.csv", "frequency,kxx,cxx\n1,2\n", "line 2: it must have 3 values"),
+        ("a.csv", "frequency,kxx,cxx\n1,2,3,4\n", "line 2: .* 3 .*, got 4"),
+        ("a.csv", "speed [m],kxx,cxx\n1,2,3\n", "column speed: its unit .* rad/s"),
+        ("a.csv", "speed,kxx,cxx,kxx\n1,2,3,4\n", "'kxx' twice"),
         ("a.csv", "frequency,kxx,cxx\n", "one row at least"),
+        ("a.csv", "speed,kxx,cxx,kxy_\n1,2,3,0\n2,2,3,4\n", "'kxy_'; did .* 'kxy'"),
+        ("a.csv", "speed,kxx,cxx,mxx\n1,2,3,4\n", "'mxx': added mass is not modelled"),
+        ("a.csv", "speed,kxx,cxx,leakage\n1,2,3,4\n", "'leakage'; known: speed"),
+        ("a.csv", "speed,frequency,kxx,cxx\n1,1,2,3\n", "frequency of the whirl"),
+        ("a.toml", "[MagneticBearing.a]\nkxx = [1]\ncxx = [1]\n", "of the whirl"),
+        ("a.toml", "speed = [1, 2]\nkxx = [[1, 2], [3]]\ncxx = 1\n", "of the whirl"),
+        ("a.toml", "[a]\nkxx = 1\n[b]\nkxx = 1\n", "got 2: name one, as file.toml#"),
         ("a.toml", "a = 1\n", "one table with kxx, got 0"),
         ("a.toml", "a = \n", "no TOML"),
         ("gone.csv", None, "cannot read"),
@@ -180,6 +218,77 @@ def test_what_is_no_table_is_refused_in_one_line(tmp_path, name, text, told):
         apply_settings(Scene(), {"rotation": "full", "bearing": str(path)})
     assert "\n" not in str(failed.value)
     assert "bearing" in str(failed.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "speed,kxx,cxx\n100,2e7,10\n200,3e7,20\n",
+        "# a comment\n\n frequency ; KXX;cxx;mxx\n100;2e7;10,0;0\n200;3e7;20;0\n",
+        "w\tkxx [N/mm]\tcxx\tkzz\n100\t2e4\t10\t5\n200\t3e4\t20\t5\n",
+        "speed,kxx,cxx\nrad/s,N/m,N s/m\n100,2e7,10\n200,3e7,20\n,,\n",
+        "cxx,kxx,speed (rad/s)\n10,2e7,100\n20,3e7,200\n",
+        "% speed kxx cxx tag\n100 2e7 10 a\n200 3e7 20 a\n".replace(" a", " 1"),
+        '"speed","kxx","cxx"\n"100","2e7","10"\n"200","3e7","20"\n',
+    ],
+)
+def test_one_table_in_several_spellings_is_one_text(text, tmp_path):
+    plain = table(
+        (100, 2e7, 0, 0, 2e7, 10, 0, 0, 10), (200, 3e7, 0, 0, 3e7, 20, 0, 0, 20)
+    )
+    assert bearing_table(str(written(tmp_path, "b.csv", text))) == plain
+
+
+def test_revolutions_are_a_unit_of_a_table_s_speed(tmp_path):
+    text = "speed [rpm];kxx;cxx\n3000;1;1\n6000;1;1\n"
+    rows = kept_rows(bearing_table(str(written(tmp_path, "b.csv", text))))
+    assert [row[0] for row in rows] == pytest.approx([100 * np.pi, 200 * np.pi])
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("a.csv", "kxx,cxx\n2e7,10\n"), ("a.csv", "speed,kxx,cxx\n50,2e7,10\n"),
+     ("a.toml", "[BearingElement6DoF_1]\nkxx = 2e7\ncxx = 10\nkzz = 3.0\nczz = 1\n")],
+)  # fmt: skip
+def test_a_table_of_one_row_holds_at_all_speeds(name, text, tmp_path):
+    own = bearing_of(kept_rows(bearing_table(str(written(tmp_path, name, text)))), 0.0)
+    assert own.range == (0.0, np.inf)
+    for speed in (0.0, 1.0, -3000.0):
+        assert own.at(speed).stiffness == 2e7
+        assert own.at(speed).damping == 10.0
+
+
+def test_an_element_of_several_is_chosen_by_its_name_or_tag(tmp_path):
+    path = written(tmp_path, "r.toml", ROSS + ROSS.replace("0]", "1]").replace(
+        "left", "right").replace("[1e7, 2e7, 4e7]", "[3e7, 3e7, 3e7]"))  # fmt: skip
+    by_tag, by_name = bearing_table(f"{path}#right"), bearing_table(f"{path}#1")
+    assert by_tag == by_name != bearing_table(f"{path}#left")
+    assert kept_rows(by_tag)[0][1] == 3e7
+    with pytest.raises(ValueError, match="no element 'rigth'; did you mean 'right'"):
+        bearing_table(f"{path}#rigth")
+
+
+def test_each_coefficient_stays_between_its_rows():
+    """Columns that fall and rise apart from one another do not mix."""
+    rows = [
+        (100, 1e6, 0, 0, 4e7, 1e3, 0, 0, 4e4),
+        (200, 1e6, 0, 0, 9e6, 1e3, 0, 0, 9e3),
+        (300, 9e6, 0, 0, 8e6, 9e3, 0, 0, 8e3),
+        (400, 9e6, 0, 0, 7e6, 9e3, 0, 0, 7e3),
+    ]
+    own = bearing_of(rows, 3e7)
+    for speed in (130.0, 156.0):
+        support = own.at(speed)
+        along = support.stiffness + 3e7 + support.stiffness_apart
+        assert along == pytest.approx(1e6, rel=1e-9)
+        assert support.damping + support.damping_apart == pytest.approx(1e3, rel=1e-9)
+
+
+def test_a_table_with_a_direction_without_stiffness_is_refused_by_its_name():
+    own = table((0, -1e6, 0, 0, 4e7, 1, 0, 0, 1))
+    scene = apply_settings(Scene(), GIVEN | {"bearing": own})
+    with pytest.raises(InputError, match=r"bearing must have in all .* got -1e"):
+        March(resolve(scene))
 
 
 def test_a_speed_beyond_the_table_is_refused():

@@ -2,12 +2,8 @@
 
 import pytest
 
-from hpcwhirl.scene.kept_tables import (
-    MOST_BYTES,
-    bearing_table,
-    profile_table,
-    table_over_time,
-)
+from hpcwhirl.scene.bearing_tables import bearing_table
+from hpcwhirl.scene.kept_tables import MOST_BYTES, profile_table, table_over_time
 
 READERS = {
     "bearing": bearing_table,

@@ -1,0 +1,157 @@
+"""Tables of a bearing's coefficients over speed, as files have them.
+
+Names of columns, their defaults, signs and units are those of ROSS (R. Timbo et al.,
+ROSS - Rotordynamic open source software, JOSS 2020): the speed of rotation, rad/s, as
+speed, frequency or w; kxx and cxx; and, optionally, kyy and cyy (default kxx and cxx),
+kxy, kyx, cxy and cyx (default 0). Axial coefficients (kzz, czz, mzz), which move
+nothing in the rotor's plane, and numbers of nodes, tags and colours are skipped. Any
+other column must be zero: what it says is not modelled. Without a speed a table has one
+row, which holds at all speeds.
+
+Coefficients that depend on the frequency of the motion, as those of magnetic bearings,
+have two axes, speed and frequency, in ROSS 3; they are refused.
+"""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hpcwhirl.errors import nearest, shown
+from hpcwhirl.scene.columns import Column, columns_of, refuse_unknown
+from hpcwhirl.scene.kept_tables import (
+    Rows,
+    are_finite,
+    ascends,
+    kept_rows,
+    kept_table,
+    must,
+    read,
+)
+
+AXIS = "frequency"  # name of the speed in the text that a scene stores
+AXES = "speed", AXIS, "w"
+COEFFICIENTS = "kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"
+HEAD = ",".join((AXIS, *COEFFICIENTS))
+USUAL = {"kyy": "kxx", "cyy": "cxx"}  # default of a bearing's missing column
+SKIPPED = {"n", "n_link", "tag", "color", "scale_factor", "name", "kzz", "czz", "mzz"}
+UNITS = {"k": "N/m", "c": "N s/m"}
+OVER_WHIRL = "magnetic", "squeezefilm"  # in names of elements with such coefficients
+WHIRL = "coefficients over the frequency of the whirl are not modelled, only over speed"
+MASSES = {f"m{a}{b}" for a, b in itertools.product("xy", repeat=2)}
+
+
+def bearing_table(text: str) -> str:
+    """Return the table of a bearing over speed as the text that a scene stores.
+
+    text : name of a CSV or TOML file, "file.toml#tag" for one element of several, or
+        such a text, which is only checked; "" is returned unchanged
+
+    Raises
+    ------
+    ValueError
+        if the file cannot be read, or does not hold such a table
+    """
+    if not text:
+        return ""
+    if text.startswith(f"{HEAD};"):
+        rows = kept_rows(text)
+    else:
+        file, _, tag = text.partition(".toml#")
+        path = Path(f"{file}.toml" if tag else text)
+        of_file = _of_toml(read(path), tag) if path.suffix == ".toml" else None
+        rows = _rows(columns_of(read(path)) if of_file is None else of_file)
+    wide = 1 + len(COEFFICIENTS)
+    must(all(len(row) == wide for row in rows), f"every row must have {wide} numbers")
+    are_rows = rows and are_finite(rows)
+    must(are_rows, "it must have one row at least, of finite numbers")
+    rises = rows[0][0] >= 0.0 and ascends(rows)
+    must(rises, "its speed must be >= 0 rad/s and ascend")
+    return kept_table(HEAD, rows)
+
+
+def _rows(columns: Mapping[str, Column]) -> Rows:
+    """Return (speed, kxx, ..., cyy), rad/s, N/m, N s/m, of each row of a table."""
+    axes = [name for name in AXES if name in columns]
+    must(len(axes) < 2, f"it has {' and '.join(axes)}: {WHIRL}")
+    missing = ", ".join(name for name in ("kxx", "cxx") if name not in columns)
+    must(not missing, f"it must have the columns {missing}, got {_names(columns)}")
+    known = {*AXES, *COEFFICIENTS, *SKIPPED}
+    refuse_unknown(columns, known.__contains__, (*AXES, *COEFFICIENTS), _why)
+    length = len(columns["kxx"].cells)
+    if not axes:
+        told = f"it must have the column speed, or one row, got {_names(columns)}"
+        must(length < 2, told)
+    speeds = columns[axes[0]].numbers("rad/s") if axes else [0.0] * length
+    own = [_coefficient(columns, name, length) for name in COEFFICIENTS]
+    are_alike = all(len(column) == len(speeds) for column in own)
+    must(are_alike, "its columns must be of one length")
+    return list(zip(speeds, *own, strict=True))
+
+
+def _names(columns: Mapping[str, Column]) -> str:
+    return shown(", ".join(columns))
+
+
+def _coefficient(columns: Mapping[str, Column], name: str, length: int) -> list[float]:
+    column = columns.get(name, columns.get(USUAL.get(name, "")))
+    return column.numbers(UNITS[name[0]]) if column else [0.0] * length
+
+
+def _why(name: str) -> str:
+    return ": added mass is not modelled" if name in MASSES else ""
+
+
+class _Element(NamedTuple):
+    """A table of a TOML file that has the key kxx: the keys that lead to it, itself."""
+
+    path: tuple[str, ...]
+    table: Mapping[str, Any]
+
+    @property
+    def names(self) -> set[str]:
+        """The names by which a user may choose the element."""
+        return {self.path[-1] if self.path else "", str(self.table.get("tag", ""))}
+
+
+def _of_toml(text: str, tag: str) -> dict[str, Column]:
+    """Return the columns of the one element in a TOML file, or of that with a tag."""
+    try:
+        found = _elements(tomllib.loads(text), ())
+    except (tomllib.TOMLDecodeError, RecursionError) as failed:
+        raise ValueError(f"it is no TOML: {failed}") from None
+    if tag:
+        known = sorted(set().union(*(one.names for one in found)) - {""})
+        found = [one for one in found if tag in one.names]
+        hint = nearest(tag, known) or f"; known: {', '.join(known)}"
+        must(found, f"it has no element {shown(tag)}{hint}")
+    more = ": name one, as file.toml#tag" if len(found) > 1 else ""
+    must(len(found) == 1, f"it must have one table with kxx, got {len(found)}{more}")
+    (path, own) = found[0]
+    kind = "".join(path).replace("_", "").lower()
+    must(not any(word in kind for word in OVER_WHIRL), f"{'.'.join(path)}: {WHIRL}")
+    return _columns(own)
+
+
+def _columns(own: Mapping[str, Any]) -> dict[str, Column]:
+    """Return the columns of an element; a single number holds in all rows."""
+    given = {key.lower(): value for key, value in own.items() if value != []}
+    count = max((len(v) for v in given.values() if isinstance(v, list)), default=1)
+    out = {}
+    for name, value in given.items():
+        cells = value if isinstance(value, list) else [value]
+        nested = name in COEFFICIENTS and any(isinstance(c, list) for c in cells)
+        must(not nested, f"{name} has two axes: {WHIRL}")
+        listed = cells * count if len(cells) == 1 else cells
+        out[name] = Column(name, "", {i: str(c) for i, c in enumerate(listed, 1)})
+    return out
+
+
+def _elements(table: Mapping[str, Any], path: tuple[str, ...]) -> list[_Element]:
+    """Return all tables in a parsed TOML file that have the key kxx, at any depth."""
+    own = [_Element(path, table)] if "kxx" in table else []
+    inner = [(k, value) for k, value in table.items() if isinstance(value, Mapping)]
+    return own + [f for k, value in inner for f in _elements(value, (*path, k))]
