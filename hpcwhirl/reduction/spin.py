@@ -229,7 +229,8 @@ def standing_damping(
 ) -> float:
     """Return the damping, N s/m, of a damper in the static frame at the shaft's centre.
 
-    It is such that the suspension modes have the damping ratio that the scene sets.
+    It is such that the suspension has the damping ratio that the scene sets, to first
+    order in the damping: of the two modes of a split pair the mean.
 
     Parameters
     ----------
@@ -238,11 +239,25 @@ def standing_damping(
     ratio, suspension : damping ratio xi of all modes, and total xi of the suspension,
         damper included
     """
-    top = int(np.argmax(model.centre_share))
-    if suspension <= ratio or not model.centre_share[top] > SUSPENSION_SHARE:
+    held = suspension_modes(model)
+    if suspension <= ratio or not len(held):
         return 0.0
-    moved = float((centre_rows(model, blades)[:, top] ** 2).sum())
-    return 2 * (suspension - ratio) * float(model.omega[top]) / moved
+    moved = (centre_rows(model, blades)[:, held] ** 2).sum(axis=0)
+    return 2 * (suspension - ratio) / float((moved / model.omega[held]).mean())
+
+
+def suspension_modes(model: ModalModel) -> Indices:
+    """Return the indices of the suspension's modes: a pair; none if unknown.
+
+    Of the modes with more than half of their strain energy in the shaft's springs they
+    are the lowest: on a shaft that lets the disk tilt, the conical modes are higher.
+    """
+    held = np.flatnonzero(model.centre_share > SUSPENSION_SHARE)
+    if not len(held):
+        return held
+    lowest = held[np.argmin(model.omega[held])]
+    same = model.diameter[held] == model.diameter[lowest]
+    return held[same & (model.rank[held] == model.rank[lowest])]
 
 
 def spin_of(given: Given) -> Spin:

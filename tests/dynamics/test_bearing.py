@@ -264,8 +264,8 @@ def test_an_element_of_several_is_chosen_by_its_name_or_tag(tmp_path):
     by_tag, by_name = bearing_table(f"{path}#right"), bearing_table(f"{path}#1")
     assert by_tag == by_name != bearing_table(f"{path}#left")
     assert kept_rows(by_tag)[0][1] == 3e7
-    with pytest.raises(ValueError, match="no element 'rigth'; did you mean 'right'"):
-        bearing_table(f"{path}#rigth")
+    with pytest.raises(ValueError, match="no element 'rihgt'; did you mean 'right'"):
+        bearing_table(f"{path}#rihgt")
 
 
 def test_each_coefficient_stays_between_its_rows():

@@ -12,7 +12,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines
-from hpcwhirl.scene import Rotor, apply_settings
+from hpcwhirl.scene import Rotor, Scene, apply_settings
 from hpcwhirl.structure import bladed_disk
 from hpcwhirl.structure.elements import shaft_stiffness
 
@@ -117,3 +117,37 @@ def test_marched_the_centre_moves_in_these_lines(scheme):
     close = 1e-7 if scheme == "paper" else 1e-9  # round-off of 1e5 dense steps
     assert last.energy + last.damping == pytest.approx(first.energy, rel=close)
     assert abs(last.damping) < 1e-9 * abs(first.energy)
+
+
+SMALL = {
+    "rotation": "full", "blades": 7, "rotor.elements": 3, "modes": 14, "speed": 1e-3,
+    "rotor.damping": 0.01, "suspension_damping": 0.03,
+}  # fmt: skip
+SHAFTS = {
+    "springs": {},
+    "two bearings": {"shaft": "two bearings"},
+    "cantilever": {"shaft": "cantilever"},
+    "thin": {"shaft": "two bearings", "shaft_diameter": 0.06},
+    "given inertia": {
+        "shaft": "two bearings", "tilt_inertia": 3.0, "polar_inertia": 4.0,
+    },
+    "light": {"shaft": "cantilever", "rotor.density": 800.0},
+}  # fmt: skip
+
+
+UNEVEN = {
+    "equal": {},
+    "mistuned": {"mistuning": [0.04, -0.03, 0.0, 0.05, -0.04, 0.02, 0.01]},
+    "lost blade": {"lost_blade": 2},
+}
+
+
+@pytest.mark.parametrize("uneven", UNEVEN)
+@pytest.mark.parametrize("shaft", SHAFTS)
+def test_the_suspension_has_the_damping_ratio_that_is_asked_for(shaft, uneven):
+    """-Re s / |s| of the modes listed as suspension; of a split pair the mean."""
+    scene = apply_settings(Scene(), SMALL | SHAFTS[shaft] | UNEVEN[uneven])
+    lines = wave_lines(resolve(scene).model.rotor, 7, scene.speed)
+    own = [x for x in lines if x.family == "suspension"]
+    ratios = [-x.growth / np.hypot(x.growth, x.rotating) for x in own]
+    assert np.mean(ratios) == pytest.approx(0.03, rel=3e-3)
