@@ -30,6 +30,7 @@ from hpcwhirl.analysis.regimes import (
 )
 from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.analysis.whirl import static_frame
+from hpcwhirl.case.profile import told_of_profile
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import angle_at, changes
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
@@ -74,11 +75,13 @@ class Result:
         stress matrix `stress` (n, N, P), Pa; empty if none are kept
     performance : {variable: value} that depend on the machine and its load, such as
         computing times
+    notes : remarks on the case, as `hpcwhirl run` prints them
     """
 
     row: dict[str, Value]
     traces: dict[str, NDArray[np.float64]]
     performance: dict[str, Value]
+    notes: tuple[str, ...] = ()
 
     def plot(self, *, transient: bool = False) -> Any:
         """Draw the orbit of the shaft's centre; return Matplotlib's axes.
@@ -109,7 +112,8 @@ class Result:
             "</td></tr>"
             for name, value in self.row.items()
         ]
-        return f"<table>{''.join(lines)}</table>"
+        told = "".join(f"<p>{escape(note)}</p>" for note in self.notes)
+        return f"<table>{''.join(lines)}</table>{told}"
 
 
 def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> Result:
@@ -127,7 +131,8 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
     InputError
         if the scene cannot be integrated, e.g. because its time step is above the limit
     """
-    return course_of(scene, between_slices).run(between_slices)
+    result = course_of(scene, between_slices).run(between_slices)
+    return replace(result, notes=tuple(notes_on(scene, result.row)))
 
 
 def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) -> Course:
@@ -323,7 +328,8 @@ def result_of(case: Case, history: History) -> Result:
 def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     """Return remarks for the user on a case, such as why it ended early.
 
-    Another remark tells of motion beyond the clearance of a squeeze film.
+    Others tell of motion beyond the clearance of a squeeze film, and of a profile that
+    the harmonics of the casing do not follow well.
 
     Parameters
     ----------
@@ -337,6 +343,8 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     rotor = scene.engine.rotor
     if rotor.film_viscosity > 0.0 and row["centre_peak"] > rotor.film_clearance:
         notes.append(BEYOND_FILM)
+    if told := told_of_profile(scene):
+        notes.append(told)
     return notes
 
 

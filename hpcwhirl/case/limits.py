@@ -17,7 +17,17 @@ from functools import lru_cache
 import numpy as np
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.case.profile import check_release, departure, is_round, shape_of
+from hpcwhirl.case.profile import (
+    AROUND,
+    HIGHEST,
+    MOST_MISSED,
+    WITHIN,
+    check_release,
+    departure,
+    is_round,
+    missed_share,
+    shape_of,
+)
 from hpcwhirl.case.speed import check_change, extremes
 from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
 from hpcwhirl.errors import InputError
@@ -267,6 +277,14 @@ def check_wall(scene: Scene) -> None:
     steps to reach the blades, the impulse does not depend on the step.
     """
     casing, step = scene.engine.casing, scene.solver.time_step
+    share = missed_share(scene)
+    if not share <= MOST_MISSED:
+        raise InputError(
+            f"profile must be smooth enough for {HIGHEST} harmonics: within "
+            f"{WITHIN:.2g} rad of each angle they must be its table to "
+            f"{MOST_MISSED:.0%} of the gap there, got {100 * share:.3g} % (parts "
+            "narrower than that are lost)"
+        )
     limits = {name: (1 + 1e-9) * most for name, most in wall_limits(scene).items()}
     if not step <= limits.get("growth", math.inf):
         most = MOST_GROWTH / step
@@ -277,15 +295,15 @@ def check_wall(scene: Scene) -> None:
     if not step <= limits.get("profile_rise", math.inf):
         raise InputError(
             f"profile_rise must be >= {FEWEST_IN_RISE * step:.6g} s ({FEWEST_IN_RISE} "
-            "time steps) where profile and offset come into the blades (inward by "
-            f"{_shape_reach(scene, casing.profile_rise):.6g} m at one, gap "
-            f"{scene.gap:.6g} m), got {casing.profile_rise:.6g}"
+            "time steps) where profile and offset reach the circle of the tips (inward "
+            f"by {shape_of(scene).depth:.6g} m, gap {scene.gap:.6g} m), got "
+            f"{casing.profile_rise:.6g}"
         )
     if not step <= limits.get("rise", math.inf):
         raise InputError(
             f"rise must be >= {FEWEST_IN_RISE * step:.6g} s ({FEWEST_IN_RISE} time "
-            f"steps) where a rigid casing (amplitude {casing.amplitude:.6g} m) rises "
-            f"into the blades (gap {scene.gap:.6g} m), got {casing.rise:.6g}"
+            f"steps) where a rigid casing (amplitude {casing.amplitude:.6g} m) reaches "
+            f"the circle of the tips (gap {scene.gap:.6g} m), got {casing.rise:.6g}"
         )
 
 
@@ -296,7 +314,7 @@ def wall_limits(scene: Scene) -> dict[str, float]:
     changes in time, see `check_wall`; those that set no limit are absent.
     """
     casing, out = scene.engine.casing, {}
-    if _shape_reach(scene, casing.profile_rise) > scene.gap:
+    if shape_of(scene).depth > scene.gap:
         out["profile_rise"] = casing.profile_rise / FEWEST_IN_RISE
     if casing.kind == "ring" or casing.amplitude == 0.0:
         return out
@@ -307,32 +325,14 @@ def wall_limits(scene: Scene) -> dict[str, float]:
     return out
 
 
-def _places(scene: Scene, time: float) -> Floats:
-    """Return the angles of the N blades at a time, s, (N,), rad, static frame."""
-    blades = scene.engine.rotor.blades
-    return np.asarray(scene.speed * time + 2 * np.pi * np.arange(blades) / blades)
-
-
-def _shape_reach(scene: Scene, time: float) -> float:
-    """Return how far the casing's shape at full size is inward at any blade, m.
-
-    Inward is from the round casing, for which it is 0; it is negative if the shape is
-    outward at all blades. They are at their angles at `time`, s, and undeflected.
-    """
-    if is_round(scene):
-        return 0.0
-    return -float(departure(shape_of(scene), _places(scene, time)).min())
-
-
 def _wall_reach(scene: Scene) -> float:
-    """Return how far the shape of a rigid casing reaches inward at any blade, m.
+    """Return how far the shape of a rigid casing reaches inward at any angle, m.
 
     The shape is prescribed and fades in during the time `rise`; the result is for the
-    end of this time. Blades count as undeflected: this is for a check of times so short
-    that blades hardly move.
+    end of this time.
     """
     casing = scene.engine.casing
-    place = _places(scene, casing.rise)
+    place = 2 * np.pi / AROUND * np.arange(float(AROUND))
     with np.errstate(over="ignore"):
         size = casing.amplitude * np.exp(casing.growth * casing.rise)
     inward = size * np.cos(scene.nodal_diameter * place)

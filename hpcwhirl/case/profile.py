@@ -10,18 +10,26 @@ profile w = Phi_w Lambda^-1 Phi_w^T f, with Phi_w the radial coordinates of its 
 and Lambda their omega^2. When they vanish, it swings freely from the displacement
 x = Phi Lambda^-1 Phi_w^T f, at rest. Before, it moves about w with its usual stiffness,
 since constant loads add none.
+
+A table over the angle, joined by straight lines, becomes `HIGHEST` harmonics. The
+Fourier sums S of a steep edge overshoot it by some 8 % (Gibbs), on both sides; means
+over the positive kernel of Fejer and Korovkin (P. Korovkin, Linear operators and
+approximation theory, 1960), P, never leave the table's range, but round off its peaks.
+The shape is S + a (P - S) + b: b >= 0 is such that it nowhere reaches farther inward
+than the table does within `WITHIN` of the angle, and a in `MIXED` such that it differs
+least from the table, see `Likeness`.
 """
 
 from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.arrays import Floats
+from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -31,6 +39,10 @@ from hpcwhirl.structure import FourierOperator
 HIGHEST = 64  # highest harmonic that is kept of a table over angle
 LEAST = 1e-9  # amplitude of a harmonic, relative to the largest, that counts as 0
 AROUND = 1 << 14  # number of angles at which the least gap is searched
+WITHIN = 4 * math.pi / HIGHEST  # rad, by which features of a table may be displaced
+MIXED = tuple(i / 8 for i in range(9))  # shares of the positive kernel that are tried
+MOST_MISSED = 0.1  # largest deviation from a table, relative to the room left there
+WORTH_TELLING = 0.01  # such a deviation that the user is told
 MOST_KEPT = 64  # number of cached shapes
 NEVER = 0  # step of the release of a casing that is not let go
 
@@ -45,8 +57,8 @@ class Shape(NamedTuple):
     orders : (n,), orders h of its n harmonics, ascending
     cosine, sine : (n,), a and b, m
     depth : m, largest departure inward at any angle; 0 if there is none
-    missed : m, largest difference between the harmonics and the user's table of the
-        shape over angle, at its angles; 0 for a table of harmonics
+    missed : m, largest deviation of the harmonics from the user's table of the shape
+        over angle, see `Likeness`; 0 for a table of harmonics
     """
 
     orders: NDArray[np.int64]
@@ -123,7 +135,9 @@ def departure_at_start(scene: Scene, angles: Floats) -> Floats:
 def _shape(table: str, scale: float, offset: float, angle: float) -> Shape:
     parts = {1: complex(offset * math.cos(angle), offset * math.sin(angle)) * -1.0}
     parts = parts if offset > 0.0 else {}
-    for h, value in _series(table).items() if scale != 0.0 else ():
+    for h, value in (
+        _series(table, math.copysign(1.0, scale)).items() if scale != 0.0 else ()
+    ):
         parts[h] = parts.get(h, 0j) + scale * value
     orders = np.array(sorted(parts), dtype=np.int64)
     values = np.array([parts[h] for h in orders.tolist()], dtype=complex)
@@ -134,11 +148,12 @@ def _shape(table: str, scale: float, offset: float, angle: float) -> Shape:
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _series(table: str) -> dict[int, complex]:
+def _series(table: str, sense: float) -> dict[int, complex]:
     """Return the Fourier coefficients {h: a + i b}, m, of a casing's profile.
 
     table : text of the input `profile`: a table of harmonics, or of departures over
         angle
+    sense : 1.0, or -1.0 where a factor < 0 exchanges inward and outward
     """
     rows = kept_rows(table)
     if table.startswith(HARMONICS):
@@ -146,15 +161,87 @@ def _series(table: str) -> dict[int, complex]:
             int(h): complex(size * math.cos(phase), size * math.sin(phase))
             for h, size, phase in rows
         }
-    return _of_lines(np.array(rows)) if rows else {}
+    if not rows:
+        return {}
+    values = sense * _likeness(table, sense).values
+    most = np.abs(values).max()
+    found = enumerate(values.tolist())
+    return {h: value for h, value in found if abs(value) > LEAST * most}
 
 
-def _of_lines(rows: Floats) -> dict[int, complex]:
-    """Return the Fourier coefficients {h: a + i b}, m, of a piecewise linear profile.
+class Likeness(NamedTuple):
+    """Harmonics of a table over the angle, and how far they are from it.
 
-    The second derivative is a kink s_i, the change of slope, at each angle theta_i: for
-    a harmonic h > 0 the coefficient of e^{ih theta}, half of a - i b, is -sum s_i
-    e^{-ih theta_i} / (2 pi h^2).
+    Attributes
+    ----------
+    values : (HIGHEST + 1,), a + i b of each harmonic, m
+    table : (AROUND,), m, departure by the table at equally spaced angles from 0
+    missed : (AROUND,), m, deviation of the shape there, inward or outward: how far it
+        lies outside the values that the table has within `WITHIN`, or the table
+        outside those that the shape has
+    """
+
+    values: Complexes
+    table: Floats
+    missed: Floats
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _likeness(table: str, sense: float) -> Likeness:
+    """Return the harmonics that are most like a table over the angle.
+
+    table, sense : see `_series`; the departures are times `sense`
+    """
+    rows = np.array(kept_rows(table)) * (1.0, sense)
+    angles, values = rows.T
+    around = 2 * math.pi / AROUND * np.arange(AROUND)
+    wanted = np.interp(around, angles, values, period=2 * math.pi)
+    sums = _of_lines(rows)
+    means = _korovkin() * sums
+    tried = [_raised(sums + share * (means - sums), wanted) for share in MIXED]
+    return min(tried, key=lambda one: float(one.missed.max()))
+
+
+def _raised(values: Complexes, wanted: Floats) -> Likeness:
+    """Return harmonics as a `Likeness`, raised so far that they narrow no gap.
+
+    values, wanted : (HIGHEST + 1,), a + i b, m; (AROUND,), departure by the table, m
+    """
+    shape = np.fft.irfft(values.conj() / 2, AROUND) * AROUND
+    shape += values[0].real / 2
+    least, most = _extremes_near(wanted)
+    orders = np.arange(HIGHEST + 1)
+    rise = max(float((least - shape).max()) + _between(orders, np.abs(values)), 0.0)
+    shape += rise
+    low, high = _extremes_near(shape)
+    parts = shape - most, low - wanted, wanted - high
+    missed = np.maximum.reduce([*parts, np.zeros(AROUND)])
+    return Likeness(values + rise * (orders == 0), wanted, missed)
+
+
+def _extremes_near(values: Floats) -> tuple[Floats, Floats]:
+    """Return the least and the largest of values around a circle within `WITHIN`."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # slow to import
+
+    size = 2 * int(WITHIN * AROUND / (2 * math.pi)) + 1
+    low = minimum_filter1d(values, size, mode="wrap")
+    return low, maximum_filter1d(values, size, mode="wrap")
+
+
+def _korovkin() -> Floats:
+    """Return the factor of each harmonic in the kernel of Fejer and Korovkin."""
+    h, n = np.arange(HIGHEST + 1), HIGHEST + 2
+    after = (n - h + 1) * np.sin((h + 1) * math.pi / n)
+    before = (n - h - 1) * np.sin((h - 1) * math.pi / n)
+    return np.asarray((after - before) / (2 * n * math.sin(math.pi / n)))
+
+
+def _of_lines(rows: Floats) -> Complexes:
+    """Return the Fourier coefficients a + i b of a piecewise linear profile, m.
+
+    They are (HIGHEST + 1,), of harmonics from 0. The second derivative is a kink s_i,
+    the change of slope, at each angle theta_i: for a harmonic h > 0 the coefficient of
+    e^{ih theta}, half of a - i b, is -sum s_i e^{-ih theta_i} / (2 pi h^2).
 
     rows : (p, 2), angle, rad, and departure, m, of p points joined by straight lines
     """
@@ -167,9 +254,7 @@ def _of_lines(rows: Floats) -> dict[int, complex]:
     turns = np.exp(1j * np.multiply.outer(orders, angles))
     own = -(turns @ kinks) / (math.pi * orders**2)
     mean = float((widths * (values + after)).sum() / (4 * math.pi))
-    found = {0: complex(mean), **dict(zip(orders.tolist(), own.tolist(), strict=True))}
-    most = max(map(abs, found.values()))
-    return {h: value for h, value in found.items() if abs(value) > LEAST * most}
+    return np.concatenate([[mean], own])
 
 
 def _depth(shape: Shape) -> float:
@@ -180,13 +265,21 @@ def _depth(shape: Shape) -> float:
     spacing = 2 * math.pi / AROUND
     lowest = float(departure(shape, spacing * np.arange(float(AROUND))).min())
     sizes = np.hypot(shape.cosine, shape.sine)
+    return max(0.0, _between(shape.orders, sizes) - lowest)
+
+
+def _between(orders: Any, sizes: Floats) -> float:
+    """Return by how much a shape may be lower between `AROUND` angles than at them, m.
+
+    It follows from a bound of |w''|; orders, sizes : (n,), h; m, amplitudes
+    """
     with np.errstate(over="ignore"):  # a huge shape is refused by its depth
-        bent = float((shape.orders.astype(float) ** 2 * sizes).sum())
-    return max(0.0, bent * spacing**2 / 8 - lowest)
+        bent = float((np.asarray(orders, dtype=float) ** 2 * sizes).sum())
+    return bent * (2 * math.pi / AROUND) ** 2 / 8
 
 
 def _missed(table: str, scale: float) -> float:
-    """Return the largest difference, m, between a profile's table and its harmonics.
+    """Return the largest deviation, m, of a profile from its table over the angle.
 
     It is 0 for a table of harmonics.
 
@@ -194,11 +287,35 @@ def _missed(table: str, scale: float) -> float:
     """
     if not table or table.startswith(HARMONICS):
         return 0.0
-    angles, values = np.array(kept_rows(table)).T
-    series = _series(table)
-    orders, parts = np.array(list(series)), np.array(list(series.values()))
-    waves = np.exp(-1j * np.multiply.outer(angles, orders))
-    return abs(scale) * float(np.abs((waves * parts).real.sum(axis=1) - values).max())
+    return abs(scale) * float(_likeness(table, math.copysign(1.0, scale)).missed.max())
+
+
+def missed_share(scene: Scene) -> float:
+    """Return the largest deviation of a profile from its table, relative to the room.
+
+    The room is that between blades and casing at the same angle by the table; where
+    the casing is nearer than its circle, the gap. Without a gap it is relative to the
+    table's range.
+    """
+    table, scale = scene.engine.casing.profile, scene.engine.casing.profile_scale
+    if _missed(table, scale) == 0.0:
+        return 0.0
+    found, size = _likeness(table, math.copysign(1.0, scale)), abs(scale)
+    least = scene.gap or size * float(np.ptp(found.table))
+    room = least + size * np.maximum(found.table, 0.0)
+    return float((size * found.missed / room).max())
+
+
+def told_of_profile(scene: Scene) -> str:
+    """Return a remark on a profile whose deviation from its table counts, else ""."""
+    share = missed_share(scene)
+    if share <= WORTH_TELLING:
+        return ""
+    missed = profile_of(scene).missed
+    return (
+        f"profile: its {HIGHEST} harmonics deviate from its table by up to "
+        f"{1e3 * missed:.3g} mm within {WITHIN:.2g} rad, {share:.1%} of the gap there"
+    )
 
 
 def release_step(scene: Scene) -> int:

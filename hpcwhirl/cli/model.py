@@ -15,10 +15,11 @@ from hpcwhirl.analysis.rotation import (
     side_by_side,
 )
 from hpcwhirl.case.explain import facts_of_file, facts_of_plan
+from hpcwhirl.case.profile import profile_of, told_of_profile
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.errors import SHOWN, InputError, one_line, shown
+from hpcwhirl.errors import SHOWN, InputError, one_line, say, shown
 from hpcwhirl.reduction.families import UNKNOWN, modal_table
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.quantities import DERIVED
@@ -58,6 +59,7 @@ def facts_of(case: Case, orders: int) -> dict[str, Any]:
         "rotation": rotation_of_case(case),
         "rotor_from_file": facts_of_file(case.model.rotor) if foreign else None,
         "time_step_limits": case.model.limits(case.given.speed),
+        "profile_missed": profile_of(case.given).missed,
         "plan": facts_of_plan(case),
     }
 
@@ -76,6 +78,8 @@ def run(args: argparse.Namespace) -> int:
     if args.explain:
         facts["rotations"] = side_by_side(case, 1)
     options.tell_remarks(scene)
+    if told := told_of_profile(scene):
+        say(told)
     if args.json:
         options.print_json(facts)
     elif args.explain:

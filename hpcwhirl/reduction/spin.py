@@ -257,7 +257,7 @@ def suspension_modes(model: ModalModel) -> Indices:
         return held
     lowest = held[np.argmin(model.omega[held])]
     same = model.diameter[held] == model.diameter[lowest]
-    return held[same & (model.rank[held] == model.rank[lowest])]
+    return np.asarray(held[same & (model.rank[held] == model.rank[lowest])])
 
 
 def spin_of(given: Given) -> Spin:

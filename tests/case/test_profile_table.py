@@ -5,10 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from hpcwhirl.case.profile import departure, is_round, shape_of
+from hpcwhirl.case.limits import check_wall
+from hpcwhirl.case.profile import (
+    WITHIN,
+    departure,
+    is_round,
+    missed_share,
+    room_of,
+    shape_of,
+    told_of_profile,
+)
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, digest, load_scene, to_toml
-from hpcwhirl.scene.kept_tables import ANGLES, HARMONICS, profile_table
+from hpcwhirl.scene.kept_tables import ANGLES, HARMONICS, kept_rows, profile_table
 
 CSV = "harmonic, amplitude, phase\n2, 1e-5, 0.5\n3, 2e-6, -1\n"
 TEXT = "harmonic,amplitude,phase;2.0,1e-05,0.5;3.0,2e-06,-1.0"
@@ -67,6 +76,74 @@ def test_lines_around_the_casing_have_the_integrals_of_their_harmonics():
         )
     assert max(shape.orders) == 64
     assert 0.0 < shape.missed < 0.05 * 4e-5
+
+
+def arc(depth, edge=0.01, wide=0.3):
+    """Return the table of an arc of a constant departure, m, with steep edges, rad."""
+    corners = (0, 0), (1, 0), (1 + edge, depth), (1 + wide, depth), (1 + wide + edge, 0)
+    return ";".join([ANGLES, *(f"{a},{v}" for a, v in corners)])
+
+
+ALL_AROUND = np.linspace(0.0, 2 * math.pi, 20001)
+OUTWARD = {
+    "trench": (arc(3e-3), 1.0), "shallow": (arc(1e-4), 1.0),
+    "ramp": (arc(1e-3, 0.1, 0.5), 1.0), "worn": (f"{ANGLES};0,0;1,0;1.3,4e-5;2,0", 1.0),
+    "turned over": (arc(-3e-4), -1.0), "slit": (arc(2e-5, 0.01, 0.02), 1.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OUTWARD)
+def test_a_departure_outward_never_narrows_the_gap(name):
+    """To 1e-6 of it, with edges as steep as they may be."""
+    table, scale = OUTWARD[name]
+    scene = shaped(table, profile_scale=scale)
+    most = abs(scale) * max(abs(row[1]) for row in kept_rows(table))
+    assert departure(shape_of(scene), ALL_AROUND).min() > -1e-6 * most
+    assert room_of(scene) > scene.gap - 1e-5 * most
+
+
+@pytest.mark.parametrize("depth", [3e-3, -3e-4, 5e-5])
+def test_a_shape_is_its_table_within_the_angle_that_is_stated(depth):
+    """Each value of one is that of the other nearby, to `missed`."""
+    table = arc(depth)
+    shape = shape_of(shaped(table))
+    angles, values = np.array(kept_rows(table)).T
+    lines = np.interp(ALL_AROUND, angles, values, period=2 * math.pi)
+    found = departure(shape, ALL_AROUND)
+    near = round(WITHIN / (ALL_AROUND[1] - ALL_AROUND[0]))
+    for one, other in ((lines, found), (found, lines)):
+        around = np.concatenate([other[-near - 1 : -1], other, other[1 : near + 1]])
+        windows = np.lib.stride_tricks.sliding_window_view(around, 2 * near + 1)
+        outside = np.maximum(windows.min(1) - one, one - windows.max(1)).max()
+        assert outside < shape.missed + 1e-3 * abs(depth)
+    assert 0.0 < shape.missed < 0.012 * abs(depth)
+
+
+def test_a_profile_with_parts_that_harmonics_lose_is_refused():
+    """A ledge of 1 mm that is 0.02 rad wide, of which they keep half the height."""
+    scene = shaped(arc(-1e-3, 0.01, 0.02))
+    assert missed_share(scene) > 1.0
+    with pytest.raises(
+        InputError, match="profile must be smooth enough for 64"
+    ) as told:
+        check_wall(scene)
+    assert "\n" not in str(told.value)
+
+
+def test_what_a_profile_misses_is_told():
+    assert "deviate from its table by up to 0.0138 mm" in told_of_profile(
+        shaped(arc(3e-3))
+    )
+    assert told_of_profile(shaped(arc(1e-4))) == told_of_profile(Scene()) == ""
+
+
+def test_a_shape_between_the_blades_may_not_stand_in_their_way_at_the_start():
+    """A ledge half a pitch from the blades, as one at a blade."""
+    for place in (0.0, math.pi / 22):
+        oval = f"{HARMONICS};22,1.5e-4,{22 * place + math.pi}"
+        with pytest.raises(InputError, match="profile_rise must be"):
+            check_wall(shaped(oval))
+        check_wall(shaped(oval, profile_rise=0.01))
 
 
 def test_two_bumps_are_those_of_their_formula():
