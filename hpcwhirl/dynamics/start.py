@@ -5,11 +5,15 @@ rest, the shell of the energy E is the sphere sum (q'_j^2 + omega_j^2 q_j^2) = 2
 m dimensions; with velocities alone it is sum q'_j^2 = 2 E, in m. A vector of normal
 numbers, divided by its norm, is uniform on the sphere (Muller 1959,
 doi:10.1145/377939.377946). Each number follows from a hash of `start_draw` and the
-mode's name: the direction does not depend on speed, gap or energy, and choosing further
-modes changes no number.
+mode's name: it does not depend on speed, gap or energy, and choosing further modes
+changes no number.
 
 With the terms of rotation the strain energy of the rotor is that of its stiffness at
-speed, as in the ledger: the direction is scaled to E by that energy.
+speed, U = q^T K q / 2, as in the ledger. The shell is then an ellipsoid, and a vector
+of normal numbers y gives the amplitudes q = K^(-1/2) y, uniform in the metric of the
+energy: half of it is strain energy in the mean, at all speeds. Beyond a critical speed,
+where K has a direction without stiffness, the shell has no end; the amplitudes are then
+those of the shell at rest, scaled to the energy.
 """
 
 from __future__ import annotations
@@ -22,7 +26,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats
+from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.case.profile import departure_at_start
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.motion import Amplitudes, Motion, gaps_of
@@ -30,11 +34,12 @@ from hpcwhirl.dynamics.schemes.integrator import unfold
 from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.families import family_ranks
 from hpcwhirl.reduction.model import MOST_KEPT, Model
-from hpcwhirl.reduction.modes import ModalModel, has_centre, stiffening_at
+from hpcwhirl.reduction.modes import centre_rows, has_centre, stiffening_at
 from hpcwhirl.scene import Scene
 
 Name = tuple[str, str, str]  # body, family, nodal diameter
 BITS = 53  # number of random bits in a number between 0 and 1
+STIFF = 1e-9  # least stiffness of a direction, relative to the largest, for a shell
 CLOSED = 1e-9  # least share of the gap that must remain open at the start
 
 
@@ -50,7 +55,8 @@ def start_of(case: Case) -> Motion | None:
     scene, model = case.scene, case.model
     if scene.start_energy == 0.0:
         return None
-    found = direction(model, scene.start_modes, scene.start_draw, scene.start_as)
+    drawn = scene.start_modes, scene.start_draw, scene.start_as
+    found = direction(model, scene.speed, *drawn)
     unit = energy_of(model, scene.speed, found)
     if not unit > 0.0:
         msg = "start_energy: this direction of start_modes has no energy > 0 at "
@@ -81,14 +87,16 @@ def _check_open(model: Model, scene: Scene, motion: Motion) -> None:
     raise InputError(msg)
 
 
-def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:
-    """Return a random motion of the chosen modes, with an energy of 1 J at rest.
+def direction(
+    model: Model, speed: float, modes: str, draw: float, how: str
+) -> Amplitudes:
+    """Return a random motion of the chosen modes, with an energy of some 1 J.
 
     Its amplitudes and rates are scaled later to the energy `start_energy`.
 
     Parameters
     ----------
-    model : of all sectors
+    model, speed : of all sectors; Omega, rad/s
     modes, draw, how : the inputs start_modes, start_draw and start_as
     """
     rotor, casing = names_of(model), casing_names(model)
@@ -103,8 +111,42 @@ def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:
             parts[0, mode] = 0.0 if still else _normal(draw, "place", name)
             parts[1, mode] = _normal(draw, "rate", name)
         shares += float((parts**2).sum()) / 2.0
-        found += [parts[0] / np.where(omega > 0.0, omega, 1.0), parts[1]]
+        chosen = np.flatnonzero(parts[0])
+        parts[0, chosen] /= omega[chosen]
+        if names is rotor and model.rotor.spin is not None:
+            parts[0, chosen] = _softened(model, speed, chosen, parts[0, chosen])
+        found += [parts[0], parts[1]]
     return Amplitudes(*(part / math.sqrt(shares) for part in found))
+
+
+def _softened(model: Model, speed: float, chosen: Indices, places: Floats) -> Floats:
+    """Return amplitudes on the shell at a speed from those on the shell at rest, (m,).
+
+    They are K^(-1/2) Lambda^(1/2) q, Lambda and K being the stiffness at rest and at
+    speed; unchanged where K is not positive definite.
+
+    chosen, places : (m,), indices of modes of the rotor; q, their amplitudes
+    """
+    omega = model.rotor.omega[chosen]
+    values, shapes = np.linalg.eigh(_stiffness(model, speed, chosen))
+    if not values.min(initial=math.inf) > STIFF * values.max(initial=0.0):
+        return places
+    return np.asarray((shapes / np.sqrt(values)) @ (shapes.T @ (omega * places)))
+
+
+def _stiffness(model: Model, speed: float, chosen: Indices) -> Floats:
+    """Return the stiffness at speed of some modes of the rotor, (m, m).
+
+    speed, chosen : Omega, rad/s; (m,), indices of the modes
+    """
+    rotor, spin = model.rotor, model.rotor.terms
+    shapes = rotor.shapes[:, chosen]
+    out = np.diag(rotor.omega[chosen] ** 2)
+    out += shapes.T @ stiffening_at(spin, speed) @ shapes
+    if has_centre(rotor, model.blades):
+        hub = centre_rows(rotor, model.blades)[:, chosen]
+        out += spin.support.at(speed).turning(speed).real * (hub.T @ hub)
+    return np.asarray((out + out.T) / 2)
 
 
 def _normal(draw: float, part: str, name: str) -> float:
@@ -176,28 +218,21 @@ def _check(modes: str, names: list[Name]) -> None:
 def energy_of(model: Model, speed: float, state: Amplitudes) -> float:
     """Return the energy, J, of a motion relative to the steady one, as in the ledger.
 
-    It is the sum of 1/2 (dq/dt)^2 + 1/2 omega^2 q^2 over the modes of both bodies and,
-    of a rotor with terms of rotation, 1/2 x^T (K(Omega) - K) x with its displacement x,
-    and the energy of its supports.
+    It is the sum of 1/2 (dq/dt)^2 + 1/2 omega^2 q^2 over the modes of both bodies; of a
+    rotor with terms of rotation the strain energy is 1/2 q^T K(Omega) q, with that of
+    its supports.
 
     speed, state : Omega, rad/s; the motion in modal amplitudes
     """
     total = 0.0
     pairs = (model.rotor, state[:2]), (model.casing, state[2:])
     for body, (q, rate) in pairs:
-        if body is not None:
-            total += 0.5 * float(rate @ rate + (body.omega * q) @ (body.omega * q))
-    return total + _of_rotation(model.rotor, model.blades, speed, state.rotor)
-
-
-def _of_rotation(rotor: ModalModel, blades: int, speed: float, q: Floats) -> float:
-    if rotor.spin is None:
-        return 0.0
-    x = rotor.shapes @ q
-    found = 0.5 * float(x @ stiffening_at(rotor.spin, speed) @ x)
-    if has_centre(rotor, blades):
-        hub = x[2 * blades : 2 * blades + 2]
-        found += (
-            0.5 * rotor.spin.support.at(speed).turning(speed).real * float(hub @ hub)
-        )
-    return found
+        if body is None:
+            continue
+        total += 0.5 * float(rate @ rate)
+        if body.spin is None:
+            total += 0.5 * float((body.omega * q) @ (body.omega * q))
+            continue
+        moved = np.flatnonzero(q)
+        total += 0.5 * float(q[moved] @ _stiffness(model, speed, moved) @ q[moved])
+    return total

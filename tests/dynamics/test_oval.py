@@ -96,7 +96,7 @@ NARROW = {
 @pytest.mark.parametrize("shape", NARROW)
 def test_flights_end_before_the_shape_touches(shape, kind, rotation):
     """A rotor at rest turns into a narrow place; with jumps and without alike."""
-    own = NARROW[shape] | {"force": 0.0, "duration": 2e-3}
+    own = NARROW[shape] | {"force": 0.0, "duration": 2e-3, "profile_rise": 5e-5}
     own |= {"scheme": "exact", "kind": kind, "rotation": rotation, "blades": 5}
     march, flown = march_of(**own)
     stepped = March(resolve(scene(**own)))

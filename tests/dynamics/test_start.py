@@ -73,7 +73,7 @@ def test_draws_are_uniform_over_the_shell(how):
     count = len(chosen) * (2 if how == "both" else 1)
     shares, signs = [], []
     for draw in range(600):
-        found = direction(model, "rotor 1F, rotor suspension", float(draw), how)
+        found = direction(model, 0.0, "rotor 1F, rotor suspension", float(draw), how)
         places, rates = found.rotor * model.rotor.omega, found.rotor_rate
         assert not found.casing_rate.any()
         both = np.concatenate([places[chosen], rates[chosen]])[-count:]
@@ -92,17 +92,45 @@ def test_draws_are_uniform_over_the_shell(how):
     )
 
 
+ONE_FAMILY = {"blades": 7, "rotor.elements": 3, "modes": 14, "speed": 300.0}
+
+
+@pytest.mark.parametrize("speed", [0.0, 200.0, 500.0, 800.0])
+@pytest.mark.parametrize("modes", ["rotor 1F 2", "rotor 1F 0, rotor 2F 2, rotor 1F 2"])
+def test_half_of_a_start_s_energy_is_strain_energy_at_all_speeds(modes, speed):
+    """Equipartition over the shell of T + U(Omega), to three standard errors."""
+    body = (model := case_of(**ONE_FAMILY, rotation="full").model).rotor
+    stiffness, shares = matrices(body, speed)[1], []
+    for draw in range(300):
+        found = direction(model, speed, modes, float(draw), "both")
+        place = body.shapes @ found.rotor
+        strain, kinetic = place @ stiffness @ place, found.rotor_rate @ found.rotor_rate
+        assert strain + kinetic == pytest.approx(2.0)
+        shares.append(strain / (strain + kinetic))
+    assert np.mean(shares) == pytest.approx(0.5, abs=3.0 * np.std(shares) / 300**0.5)
+
+
+def test_beyond_a_critical_speed_a_start_is_that_of_rest():
+    model = case_of(**ONE_FAMILY, rotation="full").model
+    rest, fast = (
+        direction(model, speed, "rotor suspension", 3.0, "both")
+        for speed in (0.0, 2000.0)
+    )
+    assert np.array_equal(rest.rotor_rate, fast.rotor_rate)
+    assert fast.rotor == pytest.approx(rest.rotor, rel=1e-6)
+
+
 def test_a_direction_depends_on_nothing_but_the_draw_and_the_mode():
     one = case_of(start_draw=5.0).model
     other = case_of(start_draw=5.0, gap=2e-2, speed=300.0, modes=60).model
-    few = direction(one, "rotor suspension", 5.0, "both")
-    more = direction(other, "rotor suspension, casing 3", 5.0, "both")
+    few = direction(one, 300.0, "rotor suspension", 5.0, "both")
+    more = direction(other, 300.0, "rotor suspension, casing 3", 5.0, "both")
     held = [n for n, name in enumerate(names_of(one)) if name[1] == "suspension"]
     ratio = more.rotor_rate[held] / few.rotor_rate[held]
     assert ratio == pytest.approx(ratio[0])
     assert more.rotor[held] / few.rotor[held] == pytest.approx(ratio[0], rel=1e-4)
-    assert direction(one, "rotor 1", 6.0, "both").rotor_rate != pytest.approx(
-        direction(one, "rotor 1", 5.0, "both").rotor_rate
+    assert direction(one, 300.0, "rotor 1", 6.0, "both").rotor_rate != pytest.approx(
+        direction(one, 300.0, "rotor 1", 5.0, "both").rotor_rate
     )
 
 
