@@ -281,6 +281,19 @@ def written_factors(unit: str) -> dict[str, str]:
     return factors
 
 
+def is_unit(name: str) -> bool:
+    """Return whether a name is one of a unit, such as "rpm" or "mm"."""
+    from cf_units import Unit
+
+    if name in TURNING or name in SPELLED:
+        return True
+    try:
+        Unit(name)
+    except ValueError:
+        return False
+    return True
+
+
 def told_of(name: str, convert: Callable[[], Found]) -> Found:
     """Return a converted value of an input; a ValueError becomes an InputError.
 
