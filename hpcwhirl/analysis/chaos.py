@@ -30,13 +30,16 @@ SHARE = 0.95  # confidence level of an exponent's interval
 FEWEST = 2 * BLOCKS  # least number of growths from which an exponent is computed
 LONGEST = 32  # longest period that is searched, revolutions
 RETURNS = 3  # least number of periods that a section must cover
-EXACT = 1e-3  # return distance, relative to the size of the motion, taken as 0
+EXACT = 0.05  # return distance, in scales of the section, taken as 0
 ANGLES = 100  # number of angles c of the 0-1 test
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 DELTA = 1e-9  # distance of twins, relative to the size of the motion
 PARTS = 4  # intervals per revolution, at the end of which the twin is moved back
 SETTLE = 0.1  # first share of the revolutions, not counted, in which the twin adjusts
 STILL = 1e-9  # variation of a constant quantity, relative to its largest value
+# Least scale of a column of a section, relative to the size of the motion: a motion
+# that comes to a fixed point varies by what is left of its way there, however little.
+LEAST_SCALE = 0.05
 
 
 class Twins(Protocol):
@@ -271,8 +274,10 @@ def section_of(judged: Evidence, speed: float, first: int) -> Floats:
     -------
     (points, m), the m columns being the centre's distance from the axis, its x and y,
     and the square roots of the energies of rotor and casing, each divided by its
-    standard deviation in time; constant ones are left out. At whole revolutions the
-    rotating and the static frame agree
+    standard deviation in time, or by `LEAST_SCALE` of its size if that is larger;
+    constant ones are left out. The size is the rms of the distance, for energies that
+    of the root of their sum. At whole revolutions the rotating and the static frame
+    agree
     """
     from scipy.interpolate import CubicSpline  # a slow import, needed only here
 
@@ -280,10 +285,18 @@ def section_of(judged: Evidence, speed: float, first: int) -> Floats:
     turn = 2 * math.pi / speed
     at = turn * np.arange(math.ceil(time[0] / turn), math.floor(time[-1] / turn) + 1)
     x, y = judged.centre[first:].T
-    energies = [np.sqrt(np.abs(e[first:])) for e in (judged.rotor, judged.casing)]
+    away = np.hypot(x, y)
+    energies = [np.abs(e[first:]) for e in (judged.rotor, judged.casing)]
+    sizes = (_rms(away), _rms(np.sqrt(sum(energies))))
+    sized = [*((column, sizes[0]) for column in (away, x, y)),
+             *((np.sqrt(energy), sizes[1]) for energy in energies)]  # fmt: skip
     out = [
-        CubicSpline(time, column)(at) / column.std()
-        for column in (np.hypot(x, y), x, y, *energies)
+        CubicSpline(time, column)(at) / max(column.std(), LEAST_SCALE * size)
+        for column, size in sized
         if column.std() > STILL * np.abs(column).max(initial=0.0)
     ]
     return np.column_stack(out) if out else np.zeros((len(at), 1))
+
+
+def _rms(values: Floats) -> float:
+    return math.sqrt(float((values**2).mean()))

@@ -97,6 +97,11 @@ class MotionThresholds:
         0.05, "largest exponent_error per revolution of a `quasi-periodic` motion"
     )
     diffuse: float = _limit(0.5, "least K of the 0-1 test of a `chaotic` motion")
+    strong: float = _limit(
+        0.2,
+        "exponent per revolution above which, with its interval, a motion is `chaotic` "
+        "whatever K is",
+    )
     bounded: float = _limit(
         0.5, "K of the 0-1 test below which a motion may be `quasi-periodic`"
     )

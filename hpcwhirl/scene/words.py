@@ -221,17 +221,21 @@ IS_MEASURED = ("exponent_error >= 0", "zero_one <= 1")
 # Rules for `motion`, if output.chaos > 0; `turn` is the time of a revolution, s.
 MOTION_RULES = (
     Rule("none", ("regime != 'sustained'",)),
+    # neighbouring motions diverge, far beyond doubt
+    Rule("chaotic", (*IS_MEASURED, "(exponent - exponent_error) * turn > strong")),
     # neighbouring motions diverge: the exponent is above zero with its interval, and
     # the walk of the 0-1 test diffuses
     Rule("chaotic", (
         *IS_MEASURED, "exponent - exponent_error > 0",
         "(exponent - exponent_error) * turn > calm", "zero_one > diffuse")),
-    # neighbouring motions stay together, and the section is a few points, or a curve
+    # neighbouring motions stay together, and the section is a few points
     Rule("periodic", (
         *IS_MEASURED, "return_distance <= returns", "exponent * turn <= calm")),
+    # they stay together, and the section is a curve, along which they neither approach
+    # nor part: the exponent may be zero
     Rule("quasi-periodic", (
         *IS_MEASURED, "zero_one < bounded", "exponent * turn <= calm",
-        "(exponent + exponent_error) * turn >= -calm",
+        "exponent + exponent_error >= 0",
         "exponent_error * turn <= sharp")),
     Rule("untold"),
 )

@@ -62,7 +62,9 @@ def row(**numbers):
         ("quasi-periodic", {}),
         ("periodic", {"return_distance": 1e-3, "exponent": -3.0}),
         ("chaotic", {"exponent": 0.5, "zero_one": 0.9}),
-        ("untold", {"exponent": 0.5}),  # the walk is bounded
+        ("untold", {"exponent": 0.15}),  # the walk is bounded
+        ("chaotic", {"exponent": 0.5}),  # so is this one, but neighbours part fast
+        ("untold", {"exponent": -0.0172, "exponent_error": 0.0159}),  # settling
         ("untold", {"zero_one": 0.9}),  # it diffuses, but the twins stay together
         ("untold", {"exponent": -3.0}),  # still on its way, and to no point
         ("untold", {"exponent_error": 0.5}),
@@ -188,6 +190,28 @@ def test_a_section_is_taken_at_whole_revolutions():
     curve = made_up(300, lambda t: 2 + np.sin(wave * t), lambda t: 1.234 * t)
     assert returns(curve)[1] > 0.5
     assert abs(zero_one(curve[:, 0])) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("word", "varies", "growth"),
+    [
+        ("periodic", lambda t: 1e-4 * np.exp(-t / 40), -0.007),
+        ("periodic", lambda t: 1e-3 * np.exp(-t / 40), -0.007),
+        ("untold", lambda t: 0.3 * np.exp(-t / 40), -0.007),  # still on its way
+        ("quasi-periodic", lambda t: 1e-2 * np.cos(1.234 * t), 0.0),
+        ("quasi-periodic", lambda t: 0.3 * np.cos(1.234 * t), 0.0),
+    ],
+)
+def test_a_fixed_point_is_periodic_while_the_last_of_the_way_there_decays(
+    word, varies, growth
+):
+    """A synchronous rub: the centre turns with the rotor at a distance that settles."""
+    section = made_up(300, lambda t: 1.0 + varies(t), lambda t: 2 * math.pi * t + 0.7)
+    steps = growth + 1e-4 * np.cos(np.arange(480.0))
+    numbers = numbers_of(steps, 0.25, section)
+    assert motion_of(row(**numbers), all_thresholds()) == word
+    if word == "periodic":
+        assert numbers["period"] == 1
 
 
 def test_a_motion_that_does_not_vary_is_periodic():
