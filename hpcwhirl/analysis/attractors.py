@@ -26,8 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.analysis.shares import ends_of
 from hpcwhirl.arrays import Floats
-from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.scene.words import COUNTED
 from hpcwhirl.store.reading.reader import words
 
 if TYPE_CHECKING:
@@ -136,9 +137,9 @@ class Known:
 def attractors(data: xarray.Dataset, point: Ints) -> Words:
     """Return the name of the attractor on which each case ends, (cases,).
 
-    Names are ``A1 sustained``, ``A2 divergent``, ...; a damped or an undecided case has
-    its regime as name, a case without a regime "". Groups of fewer than three starts
-    are added to the nearest attractor.
+    Names are ``A1 sustained``, ``A2 divergent``, ...; a damped, undecided or overloaded
+    case has this word as name, a case without a result "". Groups of fewer than three
+    starts are added to the nearest attractor.
 
     Parameters
     ----------
@@ -146,8 +147,8 @@ def attractors(data: xarray.Dataset, point: Ints) -> Words:
     point : (cases,), number of the case's point of the sweep; attractors are followed
         from point to point in the order of these numbers
     """
-    word = words(data["regime"])
-    name = np.where(np.isin(word, [*REGIMES]), word, "").astype("<U24")
+    word = ends_of(data)
+    name = np.where(np.isin(word, [*COUNTED]), word, "").astype("<U24")
     known = Known()
     for rows, regime, features in _groups(data, word, point):
         label = clusters(features)

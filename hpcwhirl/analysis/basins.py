@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.attractors import attractors
-from hpcwhirl.analysis.shares import shares_of
+from hpcwhirl.analysis.shares import ends_of, shares_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.scene.words import REGIMES
-from hpcwhirl.store.reading.reader import words
+from hpcwhirl.scene.words import COUNTED
 from hpcwhirl.store.reading.select import swept_of
 from hpcwhirl.store.results.sampled import drawn_of, is_sampled
 
@@ -125,7 +124,8 @@ def _points(data: xarray.Dataset, swept: Sequence[str]) -> Ints:
 def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.Dataset:
     """Return the share of starts that end on each motion, at each point of a sweep.
 
-    Cases without a regime, failed or unstable, count only in `lost`.
+    Overloaded starts are a kind of their own. Cases without a result, failed or
+    unstable, count only in `lost`.
 
     Parameters
     ----------
@@ -154,8 +154,8 @@ def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.D
     if box < 2:
         raise InputError(f"box must be >= 2 starts per side, got {box}")
     starts = starts_of(data)
-    word = words(data["regime"])
-    kinds = list(REGIMES)
+    word = ends_of(data)
+    kinds = list(COUNTED)
     if by == "attractor":
         word = attractors(data, starts.point)
         kinds = in_order(word)
@@ -185,13 +185,13 @@ def with_attractors(data: xarray.Dataset) -> xarray.Dataset:
 
 
 def in_order(word: NDArray[np.str_]) -> list[str]:
-    """Return the names that occur among motions: damped, A1, A2, ..., undecided.
+    """Return the names that occur among motions: damped, A1, A2, ..., and the rest.
 
     word : (cases,), name of each case's motion from `attractors`
     """
     known = set(word.tolist()) - {""}
-    numbered = sorted(known - {*REGIMES}, key=lambda name: int(name.split()[0][1:]))
-    plain = [name for name in REGIMES if name in known]
+    numbered = sorted(known - {*COUNTED}, key=lambda name: int(name.split()[0][1:]))
+    plain = [name for name in COUNTED if name in known]
     return [*(n for n in plain if n == "damped"), *numbered,
             *(n for n in plain if n != "damped")]  # fmt: skip
 
@@ -216,7 +216,7 @@ def _with_medians(
     """Return a table of shares with each attractor's medians at each point added.
 
     The medians are those of `orbit_radius` and `line_frequency`; NaN where no case of
-    the point ends on the attractor, and for damped and undecided cases.
+    the point ends on the attractor, and for words that are no attractor.
 
     Parameters
     ----------
@@ -230,7 +230,7 @@ def _with_medians(
         value = data[name].to_numpy()
         table = np.full((len(points), len(kinds)), np.nan)
         for column, kind in enumerate(kinds):
-            if kind in REGIMES:
+            if kind in COUNTED:
                 continue
             for row, point in enumerate(points):
                 own = value[(word == kind) & (starts.point == point) & starts.chosen]

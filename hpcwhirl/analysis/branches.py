@@ -4,7 +4,9 @@ Along a branch one input, such as the speed, rises or falls from case to case, a
 case begins with the last state of the case before. Where the word changes between two
 cases, the motion that was followed ends, at a fold or where it becomes unstable. If two
 branches have different words at one point, two motions coexist there: hysteresis. A
-bundle is the set of branches over the same values of all other inputs.
+change from or to an undecided case, or one without a regime, is open: a longer run may
+give that case its neighbour's word, so it is neither a fold nor hysteresis. A bundle is
+the set of branches over the same values of all other inputs.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.scene.history import parsed
 from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.quantities import variable_name
-from hpcwhirl.scene.words import word_of
+from hpcwhirl.scene.words import NO_END, word_of
 from hpcwhirl.store.reading.results_file import Results
 
 ASIDE = ("branch", "history")  # inputs in which the branches of a bundle differ
@@ -49,15 +51,17 @@ class Branch:
     radii: NDArray[np.float64]
 
 
-class Fold(NamedTuple):
+class Change(NamedTuple):
     """A change of word along a branch, from one case to the next.
 
     Attributes
     ----------
     branch : branch on which the word changes
     last, first : values of the varied input in the last case before the change and in
-        the first case after it, SI
+        the first case after it, SI; of a fold cases may lie between whose end is not
+        known
     word, following : words of these two cases
+    kind : "fold", or "open" if it is not known where one of them ends
     radius : orbit radius of the case before the change, m
     """
 
@@ -66,6 +70,7 @@ class Fold(NamedTuple):
     first: float
     word: str
     following: str
+    kind: str
     radius: float
 
 
@@ -144,40 +149,54 @@ def _branch(results: Results, over: str, cases: list[int]) -> Branch:
     return Branch(own["branch"], others, cases, np.array(values), words, radii)
 
 
-def folds_of(branch: Branch) -> list[Fold]:
-    """Return the changes of word along a branch, in the order of its cases."""
-    rows = zip(branch.values.tolist(), branch.words, branch.radii.tolist(), strict=True)
-    return [
-        Fold(branch, last, first, word, following, radius)
-        for (last, word, radius), (first, following, _) in pairwise(rows)
-        if word != following
-    ]
+def changes_of(branch: Branch) -> list[Change]:
+    """Return the changes of word along a branch, in the order of its cases.
+
+    A fold lies between a case and the next one that ends on another known motion; cases
+    between both of which the end is not known belong to it.
+    """
+    known = [i for i, word in enumerate(branch.words) if word not in NO_END]
+    folds = [(i, j) for i, j in pairwise(known) if branch.words[i] != branch.words[j]]
+    inside = {i for first, end in folds for i in range(first, end)}
+    steps = pairwise(range(len(branch.words)))
+    opened = [(i, j) for i, j in steps if branch.words[i] != branch.words[j]]
+    rest = [pair for pair in opened if pair[0] not in inside]
+    found = dict.fromkeys(folds, "fold") | dict.fromkeys(rest, "open")
+    return [_change(branch, *pair, found[pair]) for pair in sorted(found)]
+
+
+def _change(branch: Branch, before: int, after: int, kind: str) -> Change:
+    last, first = branch.values[[before, after]].tolist()
+    words = branch.words[before], branch.words[after]
+    return Change(branch, last, first, *words, kind, float(branch.radii[before]))
 
 
 def changes_along(branches: Sequence[Branch]) -> dict[str, list[Any]]:
     """Return the changes of word along branches as a table, {column: (changes,)}.
 
     Columns are the inputs that have one value along a branch, by the names of their
-    variables in results, then `branch`, its name, and the other attributes of `Fold`.
+    variables in results, then `branch`, its name, and the other attributes of `Change`.
     """
-    folds = [fold for branch in branches for fold in folds_of(branch)]
+    found = [change for branch in branches for change in changes_of(branch)]
     table: dict[str, list[Any]] = {
-        variable_name(name): [fold.branch.others[name] for fold in folds]
+        variable_name(name): [change.branch.others[name] for change in found]
         for name in branches[0].others
     }
-    table["branch"] = [fold.branch.name for fold in folds]
-    return table | {n: [getattr(f, n) for f in folds] for n in Fold._fields[1:]}
+    table["branch"] = [change.branch.name for change in found]
+    return table | {n: [getattr(c, n) for c in found] for n in Change._fields[1:]}
 
 
 def count_differences(branches: Sequence[Branch]) -> tuple[int, int]:
     """Return at how many points branches have different words, and how many they share.
 
     A point is one combination of all swept inputs, including the one that varies along
-    branches; the second number counts the points that lie on two branches or more.
+    branches; the second number counts the points that lie on two branches or more. Only
+    cases count of which it is known where they end.
     """
     points: dict[tuple[str, float], list[str]] = {}
     for branch in branches:
         for value, word in zip(branch.values.tolist(), branch.words, strict=True):
-            points.setdefault((repr(branch.others), value), []).append(word)
+            if word not in NO_END:
+                points.setdefault((repr(branch.others), value), []).append(word)
     several = [words for words in points.values() if len(words) > 1]
     return sum(len(set(words)) > 1 for words in several), len(several)

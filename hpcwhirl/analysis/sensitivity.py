@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hpcwhirl.analysis.shares import ends_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.scene.campaign_tables import SALTELLI
-from hpcwhirl.scene.words import REGIMES
-from hpcwhirl.store.reading.reader import words
+from hpcwhirl.scene.words import COUNTED, REGIMES
 from hpcwhirl.store.reading.select import numbers_in
 from hpcwhirl.store.reading.shares import CONFIDENCE, interval
 from hpcwhirl.store.results.sampled import Drawn, drawn_of, points_of
@@ -99,24 +99,25 @@ def _of_changes(a: Floats, b: Floats, mixed: Floats) -> Floats:
 
 
 def values_of(data: xarray.Dataset, name: str) -> Floats:
-    """Return a quantity of each case, (cases,), by the name of a variable or a regime.
+    """Return a quantity of each case, (cases,), by the name of a variable or a word.
 
-    For the name of a regime, such as "divergent", the quantity is 1 in cases that have
-    this regime, else 0. It is NaN for cases without a regime (failed, unstable), whose
-    numbers have no meaning.
+    For a word such as "divergent" or "overloaded", the quantity is 1 in cases that have
+    this word, else 0, and NaN for cases without a result (failed, unstable). A variable
+    is NaN also for overloaded cases, whose numbers are those of the load.
 
     Raises
     ------
     InputError
         if the results have no numeric variable of this name
     """
-    word = words(data["regime"])
+    word = ends_of(data)
+    if name in COUNTED:
+        ended = np.isin(word, list(COUNTED))
+        return np.where(ended, (word == name).astype(float), np.nan)
     good = np.isin(word, list(REGIMES))
-    if name in REGIMES:
-        return np.where(good, (word == name).astype(float), np.nan)
     numeric = numbers_in(data)
     if name not in numeric:
-        hint = nearest(name, [*numeric, *REGIMES]) or "; hpcwhirl cases --columns '?'"
+        hint = nearest(name, [*numeric, *COUNTED]) or "; hpcwhirl cases --columns '?'"
         raise InputError(f"unknown quantity '{name}'{hint}")
     return np.where(good, data[name].to_numpy().astype(float), np.nan)
 

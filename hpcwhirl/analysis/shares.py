@@ -1,7 +1,8 @@
 """The probability of each regime, from cases whose inputs were drawn by [sample].
 
 It is the share of a regime among the cases of each point of the sweep, a combination of
-the swept inputs.
+the swept inputs. Overloaded cases, which have no regime, have a share of their own:
+they are those of the strongest draws, without which the others' shares would be wrong.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.scene.words import COUNTED
 from hpcwhirl.store.reading.reader import words
 from hpcwhirl.store.reading.shares import interval
 from hpcwhirl.store.results.sampled import drawn_of, points_of
@@ -26,8 +27,8 @@ Words = NDArray[np.str_]
 def shares(data: xarray.Dataset) -> xarray.Dataset:
     """Return the share of each regime at each point of a sampled campaign's sweep.
 
-    Cases without a regime, failed or unstable, count only in `lost`. With sample.method
-    "saltelli", only the independent draws A and B count.
+    Overloaded cases count as a regime; cases without a result, failed or unstable, only
+    in `lost`. With sample.method "saltelli", only the independent draws A and B count.
 
     Parameters
     ----------
@@ -38,7 +39,7 @@ def shares(data: xarray.Dataset) -> xarray.Dataset:
     xarray.Dataset over `point`, with the swept inputs as coordinates, and `regime`:
     `share`, `share_low`, `share_high` (Wilson's 95 % interval for independent draws;
     low-discrepancy draws err less), `count`; over `point` only `cases`, the number of
-    cases with a regime, and `lost`, the number of those without
+    cases with a result, and `lost`, the number of those without
 
     Raises
     ------
@@ -47,9 +48,18 @@ def shares(data: xarray.Dataset) -> xarray.Dataset:
     """
     drawn = drawn_of(data)
     swept = points_of(data, drawn)[1]
-    word = words(data["regime"])
-    found = shares_of(word, list(REGIMES), drawn.point, drawn.independent)
+    word = ends_of(data)
+    found = shares_of(word, list(COUNTED), drawn.point, drawn.independent)
     return found.assign_coords(swept)
+
+
+def ends_of(data: xarray.Dataset) -> Words:
+    """Return how each case has ended, (cases,): a word of `COUNTED`, or another one.
+
+    data : results of `open_results`
+    """
+    over = words(data["outcome"]) == "overloaded"
+    return np.where(over, "overloaded", words(data["regime"]))
 
 
 def shares_of(
@@ -61,8 +71,8 @@ def shares_of(
 ) -> xarray.Dataset:
     """Return the share of each kind of motion among the cases of each point of a sweep.
 
-    A kind is a regime or an attractor. The table has the variables that `shares`
-    returns.
+    A kind is a word of `COUNTED` or an attractor. The table has the variables that
+    `shares` returns.
 
     Parameters
     ----------
@@ -81,12 +91,12 @@ def shares_of(
     bounds = np.array([[interval(int(n), int(total)) for n in row]
                          for row, total in zip(count, cases, strict=True)])  # fmt: skip
     told = {
-        "share": f"share of cases that have a {along}",
+        "share": "share of the cases that have a result",
         "share_low": "lower end of the share's interval, 95 %",
         "share_high": "upper end of the share's interval, 95 %",
         "count": f"cases of this {along}",
-        "cases": f"cases that have a {along}",
-        "lost": f"cases without a {along}",
+        "cases": "cases that have a result",
+        "lost": "cases without a result",
     }
     both, each = ("point", along), ("point",)
     ends = {n: (both, bounds[..., i]) for i, n in enumerate([*told][:3])}

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import OR_FILE
 from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table, unit_of
+from hpcwhirl.errors import cases_told
+from hpcwhirl.scene.words import NO_END
 
 if TYPE_CHECKING:
     import xarray
@@ -62,6 +64,9 @@ def run(args: argparse.Namespace) -> int:
     if not print_data(args, columns, units, "basins", **facts):
         print_table(columns, units, len(columns["count"]))
         print(summary(found))
+        if lost := int(found["lost"].sum()):
+            print(f"lost: {cases_told(lost)} without a result, failed or unstable, "
+                  "which no share includes")  # fmt: skip
         print(*figures, sep="\n")
     return 0
 
@@ -91,14 +96,15 @@ def columns_of(found: xarray.Dataset) -> dict[str, Any]:
 def summary(found: xarray.Dataset) -> str:
     """Return a sentence on how many points of the sweep have several motions.
 
-    At such a point some starts end on one motion, some on another.
+    At such a point some starts end on one motion, some on another; where an undecided
+    or an overloaded one would have ended is not known.
 
     found : result of the analysis `basins`
     """
     from hpcwhirl.store.reading.shares import interval
 
     along = str(found["count"].dims[1])
-    motions = found["count"].where(found[along] != "undecided", 0)
+    motions = found["count"].where(~found[along].isin(NO_END), 0)
     several = int(((motions > 0).sum(along) > 1).sum())
     points = found.sizes["point"]
     share, low, high = interval(several, points)

@@ -10,6 +10,7 @@ import numpy as np
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import OR_FILE
 from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table
+from hpcwhirl.errors import number_told
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,8 +25,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the changes of word along all branches, a row for each.
 
-    A line below says at how many points branches have different words. Returns the exit
-    code
+    Lines below say how many of them are open, and at how many points branches have
+    different words. Returns the exit code
     """
     from hpcwhirl.analysis.branches import branches_of, changes_along, count_differences
     from hpcwhirl.report.figures.kinds import cases_at
@@ -42,11 +43,14 @@ def run(args: argparse.Namespace) -> int:
     units = dict.fromkeys(columns, "") | {"last": unit, "first": unit, "radius": "m"}
     columns, units = in_units(args, columns, units)
     facts = {"over": over, "differ": differ, "points": several}
-    if not print_data(args, columns, units, "folds", **facts):
+    if not print_data(args, columns, units, "changes", **facts):
         if changes["word"]:
             print_table(columns, units, len(changes["word"]))
         else:
             print("no word changes along any branch")
+        if opened := changes["kind"].count("open"):
+            told = f"{opened} of {number_told(len(changes['kind']), 'change')} open"
+            print(f"{told}: a longer run decides whether the word changes there")
         share = f", {differ / several:.0%}" if several else ""
         print(f"words of branches differ at {differ} of {several} points{share}")
     return 0

@@ -66,7 +66,8 @@ class Rule:
     def word_of(self, end: Mapping[str, Any]) -> Word | None:
         """Return the word of an ended case for refinement; None if it has none.
 
-        A case that failed, or whose outcome is `unstable`, has no word.
+        A case that failed, or whose outcome is `unstable`, has no word, nor has an
+        undecided one of a branch.
 
         end : {"regime": word, "whirl": word, "features": numbers}, see `words.word_of`
         """

@@ -69,6 +69,9 @@ BAD = {  # cases without a regime
     "missing": Look("#FFFFFF", "#000000", "·", ".", "not computed", "#BBBBBB"),
 }
 SHOWN = REGIMES | BAD  # all words that may stand for a case
+# Words of which shares are given. An overloaded run has an end, too, and is no rare
+# accident: leaving it out would leave out the strongest starts.
+COUNTED = REGIMES | {"overloaded": BAD["overloaded"]}
 WHIRLS = {  # words of maps coloured by whirl
     "forward": Look("#2F6DB3", "#FFFFFF", "F", "^", "forward"),
     "mixed": Look("#4BA386", "#000000", "M", "o", "mixed"),
@@ -95,6 +98,7 @@ ENUMS = {
 
 
 NO_REGIME = ("unstable", "overloaded")  # outcomes of cases without a regime
+NO_END = ("undecided", *BAD)  # words of cases of which nobody knows where they end
 OPEN = ("undecided", "divergent")  # regimes that may change in a longer run: is_open
 BY_PULSE = (  # message for an overloaded case
     "the pulse itself, not growth, moved the tips to the amplitude limit; lower force "

@@ -56,6 +56,7 @@ def results(count, function, method="saltelli", **more):
         {
             "y": ("case", function(*columns)),
             "regime": ("case", np.full(cases, "damped", dtype=object)),
+            "outcome": ("case", np.full(cases, "completed", dtype=object)),
             **{short[n]: ("case", np.array([r[n] for r in made.settings]))
                for n in names},
         },
@@ -139,6 +140,18 @@ def test_a_pair_without_a_number_is_left_out_and_counted():
     np.testing.assert_allclose(
         one["total"], np.array([V1 + V13, V2, V13]) / V, atol=0.1
     )
+
+
+def test_an_overloaded_case_counts_for_words_and_has_no_number():
+    data = results(16, ishigami)
+    for name, word in (("regime", "none"), ("outcome", "overloaded")):
+        words = data[name].to_numpy().copy()
+        words[:25] = word
+        data[name] = ("case", words)
+    found = sensitivity(data, ["y", "damped", "overloaded"])
+    assert found["dropped"].to_numpy().tolist() == [[5, 0, 0]]
+    mean = found["mean"].isel(point=0).to_numpy()
+    assert mean[1:] == pytest.approx([11 / 16, 5 / 16])
 
 
 def test_what_does_not_vary_has_no_index():

@@ -12,7 +12,12 @@ from common import on_engine
 from launch import launch, records, root_variables
 
 import hpcwhirl
-from hpcwhirl.analysis.branches import Branch, branches_of, count_differences, folds_of
+from hpcwhirl.analysis.branches import (
+    Branch,
+    branches_of,
+    changes_of,
+    count_differences,
+)
 from hpcwhirl.campaign.compute import computation
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import begun, simulate
@@ -22,9 +27,11 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.planner.kinds import cases_before
 from hpcwhirl.planner.planner import Job
+from hpcwhirl.refinement.words import word_of
 from hpcwhirl.report.figures.coexisting import draw_branches
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.history import parsed
+from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.directory.states import States
 from hpcwhirl.store.reading.results_file import Results
 
@@ -268,8 +275,8 @@ def test_a_fold_is_bisected_and_its_cases_go_on_from_the_last_before_it(folded):
         own = [results.plan.settings[case] for case in branch.cases]
     assert branch.values.tolist() == sorted({*branch.values})
     assert len(own) > len(design.settings) + 2
-    fold = folds_of(branch)[0]
-    assert fold.word == "sustained"
+    fold = changes_of(branch)[0]
+    assert (fold.word, fold.kind) == ("sustained", "fold")
     assert fold.first - fold.last == 40.0 / 2**3
     rows = {record["digest"]: record["row"] for record in records(folded)}
     within = [one for one in own if fold.last <= one["speed"] <= fold.first]
@@ -307,18 +314,50 @@ MADE_UP = {  # words of a branch up and of one down over speed
 
 
 def test_folds_are_where_words_change_and_differ_where_branches_do():
-    lines = [
-        Branch(name, {}, [0, 1, 2], np.array(values), words, np.full(3, 1e-5))
-        for (name, words), values in zip(
-            MADE_UP.items(), ([1.0, 2.0, 3.0], [3.0, 2.0, 1.0]), strict=True
-        )
+    lines = [made_up(*line) for line in MADE_UP.items()]
+    found = [changes_of(line) for line in lines]
+    assert [[fold[1:6] for fold in folds] for folds in found] == [
+        [(2.0, 3.0, "damped", "sustained", "fold")],
+        [(2.0, 1.0, "sustained", "damped", "fold")],
     ]
-    found = [folds_of(line) for line in lines]
-    assert [[fold[1:5] for fold in folds] for folds in found] == [
-        [(2.0, 3.0, "damped", "sustained")], [(2.0, 1.0, "sustained", "damped")],
-    ]  # fmt: skip
     assert count_differences(lines) == (1, 3)
     assert count_differences(lines[:1]) == (0, 0)
+
+
+def made_up(name, words):
+    values = np.arange(1.0, 1.0 + len(words))
+    values = values if name == "up" else values[::-1]
+    return Branch(name, {}, [*range(len(words))], values, words, np.full(len(words), 1))
+
+
+@pytest.mark.parametrize(
+    ("letters", "told"),
+    [
+        ("dd?SS", ["2 4 fold"]),  # the fold lies somewhere in the undecided ones
+        ("dd??SX", ["2 5 fold", "5 6 fold"]),
+        ("??SS", ["2 3 open"]),  # a matter of the duration
+        ("SS?SS", ["2 3 open", "3 4 open"]),
+        ("SLLS", ["1 2 open", "3 4 open"]),
+        ("?L", ["1 2 open"]),
+    ],
+)
+def test_a_change_from_or_to_an_open_case_is_no_fold(letters, told):
+    known = {look.letter: word for word, look in SHOWN.items()}
+    branch = made_up("up", [known[letter] for letter in letters])
+    found = [f"{c.last:g} {c.first:g} {c.kind}" for c in changes_of(branch)]
+    assert found == told
+
+
+def test_an_open_case_beside_a_damped_one_is_no_hysteresis():
+    lines = [made_up("up", ["damped", "undecided", "sustained"]),
+             made_up("down", ["undecided", "damped", "damped"])]  # fmt: skip
+    assert count_differences(lines) == (0, 1)
+
+
+def test_refinement_of_branches_leaves_open_changes_alone():
+    rows = [{"regime": w, "whirl": "mixed"} for w in ("undecided", "sustained")]
+    assert [word_of("branch", row) for row in rows] == [None, "sustained"]
+    assert [word_of("regime", row) for row in rows] == ["undecided", "sustained"]
 
 
 def test_the_table_and_the_figure_of_branches_are_those_of_the_campaign(swept, capsys):

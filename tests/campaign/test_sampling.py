@@ -22,7 +22,7 @@ from hpcwhirl.report.map.maps import drawing_of
 from hpcwhirl.report.map.probabilities import figure_of_shares
 from hpcwhirl.scene.campaign_tables import SampleTable
 from hpcwhirl.scene.laws import drawn, law_of
-from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.scene.words import ENUMS, REGIMES
 from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.reading.shares import interval
 
@@ -245,20 +245,26 @@ def renamed(folder, tmp_path, regimes, failed=()):
     place = tmp_path / "results.h5"
     place.write_bytes((folder / "results.h5").read_bytes())
     with h5py.File(place, "r+") as file:
-        file["regime"][:] = [1 + [*REGIMES].index(word) for word in regimes]
+        known = ["none", *REGIMES]
+        over = np.array(regimes) == "overloaded"
+        own = np.where(over, "none", regimes).tolist()
+        file["regime"][:] = [known.index(word) for word in own]
+        outcome = ENUMS["outcome"]
+        file["outcome"][over] = outcome.index("overloaded")
         for case in failed:
             file["regime"][case], file["status"][case] = 0, 1
     return place
 
 
 def test_shares_are_counted_at_each_point(sampled, tmp_path):
-    words = ["damped", "damped", "damped", "divergent"] + ["sustained"] * 4
+    words = ["damped", "damped", "overloaded", "divergent"] + ["sustained"] * 4
     place = renamed(sampled, tmp_path, words, failed=[5, 6])
     with hpcwhirl.open_results(place) as data:
         found = shares(data)
         late = shares(data.isel(case=slice(4, 8)))  # of a part alike
     assert found.speed.to_numpy().tolist() == [300.0, 410.0]
-    assert found["share"].to_numpy().tolist() == [[0.75, 0, 0.25, 0], [0, 1, 0, 0]]
+    share = found["share"].to_numpy().tolist()
+    assert share == [[0.5, 0, 0.25, 0, 0.25], [0, 1, 0, 0, 0]]
     assert found.cases.to_numpy().tolist() == [4, 2]
     assert found.lost.to_numpy().tolist() == [0, 2]
     own = found.sel(regime="divergent").isel(point=0)
@@ -288,7 +294,7 @@ def test_the_map_shows_shares_and_its_table_has_them(sampled, tmp_path, capsys):
     lines = (tmp_path / "map.csv").read_text().splitlines()
     assert lines[0].startswith("point,speed,cases,lost,regime,count,share,")
     assert lines[1].startswith("0,300.0,4,0,damped,3,0.75,")
-    assert len(lines) == 1 + 2 * 4
+    assert len(lines) == 1 + 2 * 5
     svg = (tmp_path / "map.svg").read_text()
     assert all(f'id="share {w}"' in svg for w in ("damped", "divergent", "sustained"))
     assert 'id="share undecided"' not in svg

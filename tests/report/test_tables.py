@@ -53,12 +53,12 @@ def test_folds_are_those_of_the_command(made, capsys):
     (table,) = tables_in(folder)
     found = printed(capsys, "branches", str(folder))
     assert f"{found['differ']} of {found['points']} points" in table["title"]
-    assert len(table["rows"]) == len(found["folds"]) > 0
-    for row, fold in zip(table["rows"], found["folds"], strict=True):
+    assert len(table["rows"]) == len(found["changes"]) > 0
+    for row, fold in zip(table["rows"], found["changes"], strict=True):
         assert row[1] == fold["branch"]
         assert [float(row[n]) for n in (2, 3)] == [fold["last"], fold["first"]]
-        assert row[4:6] == [fold["word"], fold["following"]]
-        assert float(row[6]) == pytest.approx(1e3 * fold["radius"], rel=1e-5)  # mm
+        assert row[4:7] == [fold["word"], fold["following"], fold["kind"]]
+        assert float(row[7]) == pytest.approx(1e3 * fold["radius"], rel=1e-5)  # mm
 
 
 def test_shares_and_limits_of_a_grid_of_pulses_are_those_of_the_commands(made, capsys):
@@ -68,7 +68,8 @@ def test_shares_and_limits_of_a_grid_of_pulses_are_those_of_the_commands(made, c
     known = {(f"{own['speed']:g}", own["regime"]): own["share"] for own in found}
     for row in shares["rows"]:
         for word, share in zip(shares["head"][1:], row[1:], strict=True):
-            assert float(share) == pytest.approx(known.pop((row[0], word)), rel=1e-2)
+            own = float(share.partition(" [")[0])
+            assert own == pytest.approx(known.pop((row[0], word)), rel=1e-2)
     assert not known
     first = printed(capsys, "margin", str(folder), "--over", "force", "--first")
     assert len(limit["rows"]) == 2

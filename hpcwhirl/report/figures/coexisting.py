@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from hpcwhirl.analysis.basins import Starts, basins, starts_of, with_attractors
-from hpcwhirl.analysis.branches import Branch, branches_of, folds_of
+from hpcwhirl.analysis.branches import Branch, branches_of, changes_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.canvas import axis_of, in_defaults, new_figure, save, value_of
 from hpcwhirl.report.figures.motions import DARK, draw_orbit, unit_of
@@ -62,7 +62,7 @@ def draw_branches(results: Results, line: list[int]) -> Any:
 def _strip(axes: Any, row: int, branch: Branch) -> None:
     """Draw a mark for each case of a branch in the colour of its word, in one row.
 
-    A vertical line marks each change of word.
+    A vertical line marks each change between words that a longer run would keep.
 
     axes, row : panel of words over the varied input; y of the marks
     """
@@ -70,8 +70,9 @@ def _strip(axes: Any, row: int, branch: Branch) -> None:
     for value, word in zip(branch.values, branch.words, strict=True):
         shown = SHOWN[word]
         axes.plot(value, row, marker, mfc=shown.colour, mec=shown.stroke, ms=7)
-    for fold in folds_of(branch):
-        axes.plot((fold.last + fold.first) / 2, row, "|", c="k", ms=14)
+    for one in changes_of(branch):
+        if one.kind == "fold":
+            axes.plot((one.last + one.first) / 2, row, "|", c="k", ms=14)
 
 
 def _radii(axes: Any, branch: Branch) -> None:
@@ -168,6 +169,8 @@ def draw_fractions(
     starts = ", ".join(found.attrs["starts"].split()).replace("_", " ")
     how = "drawn" if found.attrs["drawn"] else "on a grid"
     note = f"starts: {starts}, {how}, {int(found['cases'].max())} a point"
+    if lost := int(found["lost"].sum()):
+        note += f"; {lost} without a result left out"
     figure = figure_of_shares(data, found, note)
     return [save(figure, out / f"basins.{kind}") for kind in ("png", "svg")]
 

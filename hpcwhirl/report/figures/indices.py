@@ -24,7 +24,7 @@ from hpcwhirl.report.canvas import (
 from hpcwhirl.report.map.captions import engine_of
 from hpcwhirl.report.map.data import label_of
 from hpcwhirl.report.map.probabilities import varied
-from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.scene.words import COUNTED
 
 if TYPE_CHECKING:
     import xarray
@@ -38,7 +38,7 @@ HIGH = 0.38  # height of a bar, in rows
 
 def title_of(quantity: str) -> str:
     """Return the title of a quantity's panel: its name, or P(regime), a probability."""
-    return f"P({quantity})" if quantity in REGIMES else quantity.replace("_", " ")
+    return f"P({quantity})" if quantity in COUNTED else quantity.replace("_", " ")
 
 
 @in_defaults

@@ -19,7 +19,7 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.report.canvas import DIVERGING, SEQUENTIAL
 from hpcwhirl.scene.units import shown_in, with_unit
-from hpcwhirl.scene.words import BAD, MOTIONS, REGIMES, SHOWN, WHIRLS, Look
+from hpcwhirl.scene.words import BAD, COUNTED, MOTIONS, SHOWN, WHIRLS, Look
 from hpcwhirl.store.reading.coded import Coded, combined
 from hpcwhirl.store.reading.reader import coded
 from hpcwhirl.store.reading.select import numbers_in, variable_of
@@ -190,7 +190,7 @@ def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
     looks = {}
     for name in names:
         number, _, regime = name.rpartition(" ")
-        look = REGIMES[regime]
+        look = COUNTED[regime]
         if number:
             colour = ATTRACTORS[regime][(int(number[1:]) - 1) % len(ATTRACTORS[regime])]
             look = replace(look, colour=colour, letter=number, told=name, line="")

@@ -17,7 +17,7 @@ from hpcwhirl.report.canvas import FIXED, legend_below, new_figure
 from hpcwhirl.report.map.captions import engine_of, shared
 from hpcwhirl.report.map.colours import looks_of_attractors
 from hpcwhirl.report.map.data import Wish, label_of
-from hpcwhirl.scene.words import REGIMES, Look
+from hpcwhirl.scene.words import COUNTED, Look
 from hpcwhirl.store.reading.select import variable_of, where
 from hpcwhirl.store.reading.shares import interval
 from hpcwhirl.store.results.sampled import drawn_of, is_sampled
@@ -131,7 +131,7 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
 
 
 def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
-    """Return a note for a title: drawn inputs, number of draws, cases without regime.
+    """Return a note for a title: drawn inputs, number of draws, cases without result.
 
     data, found : results; their shares, from `analysis.shares`
     """
@@ -140,7 +140,7 @@ def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
     names = ", ".join(name.replace("_", " ") for name in drawn_of(data).inputs)
     lost = int(found["lost"].sum())
     text = f"drawn: {names}, {cases} times a point"
-    return text + (f"; {lost} without a regime left out" if lost else "")
+    return text + (f"; {lost} without a result left out" if lost else "")
 
 
 def looks_of(found: xarray.Dataset) -> dict[str, Look]:
@@ -149,7 +149,7 @@ def looks_of(found: xarray.Dataset) -> dict[str, Look]:
     The motions are regimes or attractors; a look is colour, marker and letter.
     """
     if "regime" in found.dims:
-        return dict(REGIMES)
+        return dict(COUNTED)
     return looks_of_attractors(found["attractor"].to_numpy().tolist())
 
 

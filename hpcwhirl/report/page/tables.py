@@ -45,11 +45,19 @@ def _of_branches(results: Results) -> Table:
     over, branches = branches_of(results)
     changes, name = changes_along(branches), variable_name(over)
     others = [variable_name(other) for other in branches[0].others]
-    variables = *others, "branch", name, name, "word", "following", "orbit_radius"
+    variables = *others, "branch", name, name, "word", "following", "", "orbit_radius"
     rows = [_shown(variables, row) for row in zip(*changes.values(), strict=True)]
     differ, several = count_differences(branches)
     title = f"Where branches change their word; they differ at {differ} of {several} "
-    head = [*map(_head, others), "branch", _head(name), "to", "word", "following"]
+    head = [
+        *map(_head, others),
+        "branch",
+        _head(name),
+        "to",
+        "word",
+        "following",
+        "kind",
+    ]
     return _table(
         title + "points", [*head, _head("orbit_radius")], rows, "branches DIR"
     )
@@ -104,13 +112,24 @@ def _of_shares(data: xarray.Dataset) -> Table:
     kinds, swept = seen["regime"].to_numpy().tolist(), swept_in(found)
     columns = [found[name].to_numpy().tolist() for name in swept]
     rows = [
-        [*_shown(swept, values), *(f"{share:.3g}" for share in shares)]
-        for *values, shares in zip(*columns, seen["share"].to_numpy(), strict=True)
+        [*_shown(swept, values), *map(_share, *ends)]
+        for *values, ends in zip(*columns, _ends(seen), strict=True)
     ]
     starts = ", ".join(found.attrs["starts"].split()).replace("_", " ")
     title = f"Shares of {int(found['cases'].max())} starts that end on each motion"
     head = [*map(_head, swept), *kinds]
     return _table(f"{title} ({starts})", head, rows, "basins DIR")
+
+
+def _ends(seen: xarray.Dataset) -> Any:
+    """Return shares and both ends of their intervals, (points, 3, kinds of motion)."""
+    names = ("share", "share_low", "share_high")
+    return np.stack([seen[name].to_numpy() for name in names], axis=1)
+
+
+def _share(share: float, low: float, high: float) -> str:
+    """Return a share with its interval as text: ``0.203 [0.123, 0.317]``."""
+    return f"{share:.3g} [{low:.3g}, {high:.3g}]"
 
 
 def _table(

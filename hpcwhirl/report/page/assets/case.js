@@ -33,8 +33,9 @@ function sharesOf(i) {
     .map((word) => [word, valueOf(`share_${word}`, i)])
     .filter(([, share]) => share > 0);
   const rest = 1 - d3.sum(known, ([, share]) => share);
-  if (rest > 0.5 / count) known.push(["unstable", rest]);
-  const texts = known.sort((a, b) => b[1] - a[1]).map(([word, share]) => `${told.looks[word].told} ${share.toFixed(2)}`);
+  if (rest > 0.5 / count) known.push(["", rest]);
+  const named = (word) => told.looks[word]?.told ?? "overloaded or unstable";
+  const texts = known.sort((a, b) => b[1] - a[1]).map(([word, share]) => `${named(word)} ${share.toFixed(2)}`);
   return `${count} twins: ${texts.join(", ")}`;
 }
 
