@@ -1,15 +1,16 @@
 """Speed and gap that change in time, and their values in intervals of time steps.
 
 Omega(t) and theta(t), its integral, are closed forms of time, so that the blades' angle
-does not drift. The time integration has constant arrays in intervals of `every` steps,
-counted from step 0, so that intervals follow from the step number. In an interval the
-angle is a parabola, exact at both ends, the gap is linear, and matrices are those of
-the mean speed: errors are of second order in the interval, see `interval_of`.
+does not drift. The time integration has constant arrays in intervals of time steps,
+which follow from the scene, not from where a run was stopped. In an interval the angle
+is a parabola, exact at both ends, the gap is linear, and matrices are those of the mean
+speed: errors are of second order in the interval, see `sections_of`.
 """
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -17,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -27,6 +28,11 @@ USUAL = 1e-4  # accuracy of the intervals if `solver.accuracy` is not given
 ENDLESS = 1e100  # s, longest change of the speed; beyond, a product with 0 is no number
 STANDS = 1e-6  # speed, relative to the largest, that counts as standstill
 MOST_STEPS = 4096  # largest number of steps of an interval
+PARTS = 4  # sections in the time constant of a decay, or in a smooth change
+LAST = 12  # time constants after which a decay has one section
+ON_STEP = 1e-6  # part of a step by which a table's row may miss the end of a step
+LEAST = 1e-12  # m, gap below which an interval need not be shorter
+LOOKS = 33  # speeds at which growth of the tips is computed for its derivatives
 MOST_KEPT = 32  # number of cached models, as in `reduction.model`
 
 
@@ -100,12 +106,46 @@ class SpeedLaw:
         found = self.speed(np.array([0.0, *inside, time]))
         return float(found.min()), float(found.max())
 
-    @property
-    def fastest_change(self) -> float:
-        """Largest |dOmega/dt| at any time, rad/s^2."""
+    def changes_in(self, begin: Floats, end: Floats) -> tuple[Floats, Floats]:
+        """Return bounds of |dOmega/dt| and |d^2 Omega/dt^2| in n spans of time, (n,).
+
+        No kink of the speed lies inside a span; begin, end : (n,), s
+        """
+        none = np.zeros(len(begin))
         if self.kind == "table":
-            return float(np.abs(np.diff(self.speeds) / np.diff(self.times)).max())
-        return abs(self.rate) * (0.5 * math.pi if self.kind == "smooth" else 1.0)
+            return np.abs(self.speed(end) - self.speed(begin)) / (end - begin), none
+        rate, lasts = abs(self.rate), self.lasts
+        if self.kind == "linear":
+            return np.where(begin < lasts, rate, 0.0), none
+        if self.kind == "decay":
+            now = rate * np.exp(-begin / lasts)
+            return now, now / lasts
+        ends = np.minimum([begin, end], lasts)
+        steepest = np.clip(0.5 * lasts, *ends)
+        first = rate * 0.5 * math.pi * np.sin(math.pi * steepest / lasts)
+        bent = np.where(begin < lasts, rate * math.pi**2 / (2.0 * lasts), 0.0)
+        return first, bent
+
+    def breaks(self, until: float) -> tuple[list[float], list[float]]:
+        """Return the times, s, at which a run is divided, before a time: kinks, others.
+
+        At kinks the rate of the speed jumps; at the others it has changed so far that
+        intervals may have another length.
+        """
+        if self.kind == "table":
+            return [t for t in self.times if t < until], []
+        if self.kind == "linear":
+            return ([self.lasts] if self.lasts < until else []), []
+        if self.kind == "decay":
+            return [], _fading(self.lasts, until)
+        parts = self.lasts / PARTS * np.arange(1, PARTS + 1)
+        return [], [float(part) for part in parts if part < until]
+
+
+def _fading(constant: float, until: float) -> list[float]:
+    """Return times, s, between which e^(-t / constant) does not change much."""
+    parts = constant / PARTS * np.arange(1, LAST * PARTS + 1)
+    return [float(part) for part in parts if part < until]
 
 
 def law_of(scene: Scene) -> SpeedLaw | None:
@@ -221,6 +261,19 @@ class Interval(NamedTuple):
     opening: float
 
 
+class Section(NamedTuple):
+    """A part of a run in which all intervals but the last have one number of steps.
+
+    Attributes
+    ----------
+    first : number of the step with which it begins
+    every : number of steps of an interval
+    """
+
+    first: int
+    every: int
+
+
 @dataclass(frozen=True)
 class Schedule:
     """The intervals into which a run with a changing speed or gap is divided.
@@ -228,34 +281,49 @@ class Schedule:
     Attributes
     ----------
     scene, model : scene and model as integrated; scene.gap is the gap at time 0
-    every : number of steps of an interval
     straight : whether the angle is linear in an interval, as is required for a ring
         that is integrated in the rotor's frame
     """
 
     scene: Scene
     model: Model
-    every: int
     straight: bool
+
+    @cached_property
+    def sections(self) -> tuple[Section, ...]:
+        """The sections of the run, in which intervals have different lengths."""
+        return sections_of(self.scene, self.model, self.gaps)
+
+    def span(self, steps: int) -> tuple[int, int]:
+        """Return the first step of the interval that has a step, and that after it."""
+        place = bisect_right(self.sections, steps, key=lambda part: part.first) - 1
+        first, every = self.sections[place]
+        since = first + (steps - first) // every * every
+        after = self.sections[place + 1 : place + 2]
+        return since, min([since + every, *(part.first for part in after)])
 
     @cached_property
     def law(self) -> SpeedLaw | None:
         """The speed as a function of time; None: it is constant."""
         return law_of(self.scene)
 
-    def gap(self, time: float) -> float:
-        """Return the gap, m, at a time, s, with its closure and growth of the tips."""
+    def gaps(self, times: Floats) -> Floats:
+        """Return the gap, m, at times, s, (n,), with closure and growth of the tips."""
         scene = self.scene
-        gap = scene.gap - float(closure_at(scene, time))
+        gaps = scene.gap - closure_at(scene, times)
         if self.law is not None and scene.gap_at == "rest":
-            growth = growth_of(self.model)
-            gap += growth(self.law.start) - growth(float(self.law.speed(time)))
-        return gap
+            growth, speeds = growth_of(self.model), self.law.speed(times).tolist()
+            gaps = gaps + growth(self.law.start) - np.array([*map(growth, speeds)])
+        return np.asarray(gaps)
 
-    def interval(self, number: int) -> Interval:
-        """Return the constants of the interval that begins with step number * every."""
+    def gap(self, time: float) -> float:
+        """Return the gap, m, at a time, s, with closure and growth of the tips."""
+        return float(self.gaps(np.array([time]))[0])
+
+    def interval(self, steps: int) -> Interval:
+        """Return the constants of the interval that has a step of this number."""
         step = self.scene.solver.time_step
-        since, until = number * self.every * step, (number + 1) * self.every * step
+        since, until = (at * step for at in self.span(steps))
         lasts = until - since
         opens = self.gap(since), self.gap(until)
         opening = (opens[1] - opens[0]) / lasts
@@ -274,16 +342,22 @@ class Schedule:
         return Interval._make(map(float, parts))
 
     @cached_property
-    def _ahead(self) -> Floats:
-        """The least gap from the start of each interval to the run's end, m, (n,)."""
-        count = math.ceil(self.scene.end_times[-1] / self.scene.solver.time_step)
-        times = np.arange(count // self.every + 2) * self.every
-        gaps = [self.gap(t * self.scene.solver.time_step) for t in times.tolist()]
-        return np.minimum.accumulate(gaps[::-1])[::-1]
+    def _ahead(self) -> tuple[Integers, Floats]:
+        """The first step of each interval, and the least gap from there on, m, (n,)."""
+        step = self.scene.solver.time_step
+        count = math.ceil(self.scene.end_times[-1] / step)
+        ends = [*(part.first for part in self.sections[1:]), count]
+        parts = zip(self.sections, ends, strict=True)
+        pieces = [np.arange(one.first, end, one.every) for one, end in parts]
+        starts = np.concatenate([*pieces, [self.span(max(count - 1, 0))[1]]])
+        gaps = self.gaps(starts * step)
+        return starts, np.minimum.accumulate(gaps[::-1])[::-1]
 
     def least_gap(self, steps: int) -> float:
         """Return the least gap, m, from time step number `steps` to the run's end."""
-        return float(self._ahead[min(steps // self.every, len(self._ahead) - 1)])
+        starts, gaps = self._ahead
+        place = int(np.searchsorted(starts, steps, side="right")) - 1
+        return float(gaps[place])
 
 
 def schedule_of(scene: Scene, model: Model) -> Schedule | None:
@@ -293,7 +367,7 @@ def schedule_of(scene: Scene, model: Model) -> Schedule | None:
     """
     if not changes(scene):
         return None
-    return Schedule(scene, model, interval_of(scene, model), rides(scene, model))
+    return Schedule(scene, model, rides(scene, model))
 
 
 def rides(scene: Scene, model: Model) -> bool:
@@ -306,36 +380,78 @@ def rides(scene: Scene, model: Model) -> bool:
     return not (apart or scene.engine.casing.discretization == "elements")
 
 
-def interval_of(scene: Scene, model: Model) -> int:
-    """Return the number of steps of an interval that meets the scene's `accuracy`.
+def sections_of(
+    scene: Scene, model: Model, gaps: Callable[[Floats], Floats]
+) -> tuple[Section, ...]:
+    """Return the sections of a run whose intervals meet the scene's `accuracy`.
 
     In an interval T, the phase of a wave of frequency omega, integrated at the mean
     speed, errs by at most h |dOmega/dt| T^2 / 8 rad; at the interval's end, the
     error is of third order. h = |d omega / d Omega| is at most 2 by Coriolis forces, or
-    the highest harmonic of a ring integrated in the rotor's frame. The gap, linear in
-    an interval, errs by at most Delta / tau^2 T^2 / 8 by the curvature of its closure,
-    Delta (1 - e^{-t / tau}), see `closure_at`.
+    the highest harmonic of a ring integrated in the rotor's frame. The gap g, linear in
+    an interval, errs by at most |d^2 g / dt^2| T^2 / 8, of which the share in g counts.
+    Sections begin at the rows of tables, so that what is linear between rows is exact;
+    a row inside a step has this step as a section.
+
+    gaps : function from times, s, to the gap, m, (n,) each
     """
     accuracy = scene.solver.accuracy or USUAL
-    law, curved = law_of(scene), []
-    if law is not None:
-        ring = scene.engine.casing.harmonics
-        waves = float(ring) if rides(scene, model) else 2.0
-        curved.append(waves * law.fastest_change)
+    step, law = scene.solver.time_step, law_of(scene)
+    firsts = _first_steps(scene, law)
+    last = max(math.ceil(scene.end_times[-1] / step), firsts[-1] + 1)
+    begin, end = (step * np.array(part) for part in (firsts, [*firsts[1:], last]))
+    rate, bent = law.changes_in(begin, end) if law else (0.0 * begin, 0.0 * begin)
+    waves = float(scene.engine.casing.harmonics) if rides(scene, model) else 2.0
+    curve = _closing(scene, begin)
+    if law is not None and scene.gap_at == "rest":
+        slope, curved = _growing(model, law.range_until(scene.end_times[-1]))
+        curve = curve + curved * rate**2 + slope * bent
+    room = np.minimum(gaps(begin), gaps(end))
+    room[room <= 0.0] = scene.gap  # such a run is refused
+    worst = np.maximum(waves * rate, curve / np.maximum(room, LEAST))
+    with np.errstate(divide="ignore"):
+        longest = np.sqrt(8.0 * accuracy / worst) / step
+    every = np.clip(longest, 1.0, MOST_STEPS).astype(int).tolist()
+    return tuple(map(Section, firsts, every))
+
+
+def _first_steps(scene: Scene, law: SpeedLaw | None) -> list[int]:
+    """Return the numbers of the steps with which sections begin, ascending from 0."""
+    until, step = scene.end_times[-1], scene.solver.time_step
+    kinks, others = law.breaks(until) if law else ([], [])
+    if scene.gap_table:
+        kinks = [*kinks, *(t for t, _ in kept_rows(scene.gap_table) if t < until)]
     if scene.gap_closure:
-        rate = abs(scene.gap_closure) / scene.gap_time  # by gap_time^2 it may overflow
-        bent = rate / scene.gap_time / max(scene.gap, 1e-12)
-        curved.append(max(bent, math.ulp(0.0)))
-    longest = math.sqrt(8.0 * accuracy / max(curved, default=math.inf))
-    if scene.gap_table or scene.speed_table:  # kinks of a table may lie in an interval
-        longest = min(longest, accuracy**0.5 * _shortest(scene))
-    return max(1, int(min(longest / scene.solver.time_step, MOST_STEPS)))
+        others = [*others, *_fading(scene.gap_time, until)]
+    firsts = {0, *(round(t / step) for t in others)}
+    for t in kinks:
+        at = t / step
+        near = round(at)
+        firsts |= {near} if abs(at - near) < ON_STEP else {int(at), int(at) + 1}
+    return sorted(firsts)
 
 
-def _shortest(scene: Scene) -> float:
-    tables = [text for text in (scene.gap_table, scene.speed_table) if text]
-    times = [np.array(kept_rows(text))[:, 0] for text in tables]
-    return float(min(np.diff(each).min() for each in times))
+def _closing(scene: Scene, begin: Floats) -> Floats:
+    """Return |d^2 g / dt^2| by the closure of the gap from times on, s, (n,), m/s^2."""
+    if not scene.gap_closure:
+        return np.zeros(len(begin))
+    rate = abs(scene.gap_closure) / scene.gap_time  # by gap_time^2 it may overflow
+    bent = max(rate / scene.gap_time, math.ulp(0.0))
+    return np.asarray(bent * np.exp(-begin / scene.gap_time))
+
+
+def _growing(model: Model, speeds: tuple[float, float]) -> tuple[float, float]:
+    """Return the largest first and second derivative of the tips' growth by speed.
+
+    speeds : rad/s, the least and the largest of the run
+    """
+    places = np.linspace(*speeds, LOOKS)
+    spacing = float(places[1] - places[0])
+    if spacing == 0.0:
+        return 0.0, 0.0
+    grown = np.array([growth_of(model)(speed) for speed in places.tolist()])
+    first, second = (np.abs(np.diff(grown, n)).max() / spacing**n for n in (1, 2))
+    return float(first), float(second)
 
 
 def check_change(scene: Scene, model: Model) -> None:

@@ -140,7 +140,7 @@ class March:
         self.speed = scene.speed
         if self.schedule is None:
             return
-        now = self.schedule.interval(self.steps // self.schedule.every)
+        now = self.schedule.interval(self.steps)
         folds = self.lean.model.folds
         self.speed = folds * now.first
         self.wall = self.wall._replace(
@@ -456,7 +456,7 @@ class March:
         """
         steps, cuts = self.steps, []
         if self.schedule is not None:
-            cuts.append((steps // self.schedule.every + 1) * self.schedule.every)
+            cuts.append(self.schedule.span(steps)[1])
         if steps < self.let_go:
             cuts.append(self.let_go)
         return min(cuts, default=self.total)

@@ -45,7 +45,7 @@ def fingerprint(march: March) -> str:
         _feed(digest, march.scheme.arrays)
     if march.schedule is not None:
         schedule = march.schedule
-        digest.update(repr((schedule.every, laws_of(schedule.scene))).encode())
+        digest.update(repr((schedule.sections, laws_of(schedule.scene))).encode())
     if march.let_go != NEVER:
         digest.update(repr(told_of_release(march.scene)).encode())
     if march.start is not None:

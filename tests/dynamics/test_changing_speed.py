@@ -110,7 +110,7 @@ def test_the_ledger_closes_at_a_changing_speed(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_slices_and_resumes_change_no_bit(kind):
     march = march_of(**KINDS[kind])
-    every = march.schedule.every
+    every = march.schedule.sections[0].every
     sizes = 1, every - 1, every, 3 * every + 7, 10**9
     assert_same_in_parts(march.case, *sizes, anew=True)
 
@@ -261,7 +261,8 @@ def test_the_error_of_an_interval_is_of_second_order(passage):
 
 def test_an_interval_is_as_long_as_its_phase_may_err():
     case = resolve(apply_settings(Scene(), RUB | {"rotation": "full"}))
-    every = speed.interval_of(case.scene, case.model)
+    (section,) = speed.schedule_of(case.scene, case.model).sections
+    every = section.every
     for steps, kept in ((every, True), (every + 1, False)):
         time = RUB["time_step"] * np.linspace(0.0, steps, 1001)
         turned = RUB["speed"] * time + RUB["acceleration"] * time**2 / 2
@@ -274,11 +275,91 @@ def test_the_least_gap_ahead_is_that_of_all_later_intervals(closure):
     given = RUB | {"gap_closure": closure, "gap_time": 0.05}
     case = resolve(apply_settings(Scene(), given))
     schedule = speed.schedule_of(case.scene, case.model)
-    last = round(RUB["duration"] / RUB["time_step"]) // schedule.every + 1
-    for number in (0, 7, last):
-        at = RUB["time_step"] * schedule.every * (last if closure > 0.0 else number)
-        found = schedule.least_gap(number * schedule.every + 3)
-        assert found == pytest.approx(schedule.gap(at), rel=1e-12)
+    last = round(RUB["duration"] / RUB["time_step"]) - 1
+    for steps in (3, 3000, last):
+        least = schedule.span(last)[1] if closure > 0.0 else schedule.span(steps)[0]
+        found = schedule.least_gap(steps)
+        assert found == pytest.approx(schedule.gap(least * RUB["time_step"]), rel=1e-12)
+
+
+def steps_and_gaps(schedule):
+    """Return the times of all steps, and the gap by the intervals' lines, m."""
+    step = schedule.scene.solver.time_step
+    count, at, times, gaps = round(schedule.scene.end_times[-1] / step), 0, [], []
+    while at < count:
+        now = schedule.interval(at)
+        since, at = schedule.span(at)
+        own = step * np.arange(since, min(at, count) + 1)
+        times.append(own)
+        gaps.append(now.gap + now.opening * (own - now.since))
+    return np.concatenate(times), np.concatenate(gaps)
+
+
+CLOSING = {
+    "most of it": {"gap_closure": 1.25e-4, "gap_time": 0.02},
+    "slowly": {"gap_closure": 1.3e-4, "gap_time": 0.015},
+    "by growth": {"rotation": "full", "gap_at": "rest", "speed": 100.0, "gap": 4e-4,
+                  "acceleration": 8e3},
+    "smoothly": {"rotation": "full", "gap_at": "rest", "speed": 100.0, "gap": 4e-4,
+                 "acceleration": 8e3, "ramp": "smooth", "speed_to": 500.0},
+    "opening": {"gap_closure": -5e-4, "gap_time": 0.01},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CLOSING)
+def test_the_gap_errs_by_its_accuracy_of_what_is_left(name):
+    """Not of the gap at the start, at every step of the run."""
+    given = {"duration": 0.05, "time_step": 5e-6, **CLOSING[name]}
+    case = resolve(apply_settings(Scene(), given))
+    schedule = speed.schedule_of(case.scene, case.model)
+    times, gaps = steps_and_gaps(schedule)
+    true = schedule.gaps(times)
+    assert true.min() > 0.0
+    assert np.abs(gaps / true - 1.0).max() < 1.02 * speed.USUAL
+
+
+TABLES = {
+    "speed": "time,speed;0,300;0.0100013,300;0.0100023,301;0.03,301;0.05,340",
+    "gap": "time,gap;0,1.28e-4;0.0100013,1.28e-4;0.0100023,1.2e-4;0.03,2e-5;0.05,2e-5",
+}
+
+
+JUMPLESS = {
+    "speed": "time,speed;0,300;0.01,300;0.03,300;0.05,340",
+    "gap": "time,gap;0,1.28e-4;0.01,1.28e-4;0.03,2e-5;0.05,2e-5",
+}
+
+
+def test_a_gap_by_a_table_is_exact_at_every_step():
+    given = {"gap_table": TABLES["gap"], "duration": 0.06, "time_step": 5e-6}
+    case = resolve(apply_settings(Scene(), given))
+    schedule = speed.schedule_of(case.scene, case.model)
+    times, gaps = steps_and_gaps(schedule)
+    assert gaps == pytest.approx(schedule.gaps(times), rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_two_close_rows_of_a_table_shorten_no_interval_but_their_own(kind):
+    """A jump in 1 us costs three intervals more than none."""
+    counts = []
+    for table in (TABLES[kind], JUMPLESS[kind]):
+        given = {f"{kind}_table": table, "duration": 0.06, "time_step": 5e-6}
+        case = resolve(apply_settings(Scene(), {"speed": 300.0, **given}))
+        schedule = speed.schedule_of(case.scene, case.model)
+        at, count = 0, 0
+        while at < 12000:
+            at, count = schedule.span(at)[1], count + 1
+        counts.append(count)
+    assert counts[0] <= counts[1] + 3
+
+
+def test_a_table_of_constant_speed_is_that_speed():
+    own = {"duration": 3e-3, "time_step": 5e-6, "scheme": "general", "blades": 5,
+           "speed": 300.0, "traces": "full"}  # fmt: skip
+    still = march_of(**own).run()
+    table = march_of(**own, speed_table="time,speed;0,300;0.001,300").run()
+    assert still.contacts == table.contacts > 0
+    assert np.abs(table.tips - still.tips).max() < 1e-9 * np.abs(still.tips).max()
 
 
 def test_the_largest_amplitude_of_a_passage_is_that_of_cornus_spiral():
