@@ -20,13 +20,11 @@ from hpcwhirl.analysis.regimes import (
     evidence,
     name_regime,
 )
-from hpcwhirl.analysis.rotation import critical_of
+from hpcwhirl.analysis.rotation import critical_of, unbalance_speeds_of
 from hpcwhirl.case.resolve import Case
-from hpcwhirl.case.speed import angle_at, law_of, schedule_of, speed_at
+from hpcwhirl.case.speed import angle_at, extremes, law_of, schedule_of, speed_at
 from hpcwhirl.case.unbalance import is_unbalanced
 from hpcwhirl.dynamics.history import History, between
-from hpcwhirl.reduction.families import rotor_by_diameter
-from hpcwhirl.reduction.waves import unbalance_speeds
 from hpcwhirl.scene import Scene
 
 USUAL = Thresholds()
@@ -147,11 +145,13 @@ def crossings(case: Case) -> list[dict[str, Any]]:
     law, scene = law_of(case.scene), case.scene
     if law is None:
         return []
-    k, rotor = scene.nodal_diameter, rotor_by_diameter(case.model)
+    k = scene.nodal_diameter
     waves = [one for one in critical_of(case, 1) if one["nodal_diameter"] == k]
     speeds = [("waves", float(one["speed"])) for one in waves]
     if is_unbalanced(scene):
-        speeds += [("unbalance", speed) for speed in unbalance_speeds(rotor)]
+        fastest = abs(extremes(scene)[1])
+        own = unbalance_speeds_of(case, fastest)
+        speeds += [("unbalance", speed) for speed in own]
     times = np.linspace(0.0, scene.end_time, LOOKS)
     path = np.abs(law.speed(times))
     out = []

@@ -282,6 +282,7 @@ def evidence(
     growth_casing, growth_centre (1/s, of the parts: rotor, at rest
     `History.free_growth`; casing; the centre on its suspension, of an unbalanced rotor
     about its circle), growth_last (1/s, of both bodies, last quarter of the window),
+    free_growth (1/s, largest `History.free_growth` of the window),
     summit (see `summit`), orbit_radius (m, rms),
     end_time, window (s), whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s),
     late_fed, its parts late_friction and late_rotation, late_lost, late_energy (J),
@@ -313,6 +314,7 @@ def evidence(
     rubbed = _change(judged.friction[first:])
     return {
         **{name: _finite(rate) for name, rate in rates.items()},
+        "free_growth": _finite(_window_of(history.free_growth, first).max(initial=0.0)),
         "orbit_radius": _finite(whirl.radius),
         "end_time": end,
         "window": end - start,
@@ -336,6 +338,14 @@ def evidence(
         "driven_energy": _driven_energy(judged),
         **{f"ledger_{term}": history.ledger[term] for term in FED},
     }
+
+
+def _window_of(values: Floats, first: int) -> Floats:
+    """Return the values of a window; values : (b,), or (1,) where they are constant.
+
+    first : index of the first of b samples that the window contains
+    """
+    return values if len(values) == 1 else values[first:]
 
 
 def load_end(scene: Scene) -> float:

@@ -14,11 +14,14 @@ import numpy as np
 
 from hpcwhirl.analysis.critical import critical_of_families, critical_of_waves
 from hpcwhirl.arrays import Floats
+from hpcwhirl.case.growth import stability_of
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.rotation_choice import choice_of
+from hpcwhirl.case.speed import extremes
 from hpcwhirl.case.unbalance import facts_of_unbalance
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction import families, waves
+from hpcwhirl.reduction.growth import Stability
 from hpcwhirl.reduction.modes import ModalModel, SpinBlock
 from hpcwhirl.reduction.supports import ROUND, valid_up_to
 from hpcwhirl.scene import Scene, apply_settings
@@ -47,14 +50,33 @@ def critical_of(case: Case, orders: int) -> list[dict[str, Any]]:
 def lines_of(case: Case) -> list[dict[str, Any]]:
     """Return the rotor's waves at the case's speed, with frequencies in both frames.
 
-    Each is a dict of the attributes of `WaveLine`.
+    Each is a dict of the attributes of `WaveLine`, and of those of `damping_of`.
     """
     rotor, blades = families.rotor_by_diameter(case.model), case.model.blades
-    return [asdict(line) for line in waves.wave_lines(rotor, blades, case.given.speed)]
+    found = waves.wave_lines(rotor, blades, case.given.speed)
+    return [asdict(line) | damping_of(line) for line in found]
 
 
-def rotation_of_case(case: Case) -> dict[str, Any]:
+def damping_of(line: waves.WaveLine) -> dict[str, float | None]:
+    """Return the damping of a wave by the names that bearings' engineers use.
+
+    damping_ratio is -sigma / |sigma + i omega|, log_decrement -2 pi sigma / |omega|
+    (None where omega is 0), with sigma the growth rate and omega the frequency in the
+    static frame for k = 1, where sensors at the bearings see it, else in the rotating
+    frame.
+    """
+    omega = line.static if line.nodal_diameter == 1 else line.rotating
+    size = float(np.hypot(line.growth, omega))
+    return {
+        "damping_ratio": -line.growth / size if size else 0.0,
+        "log_decrement": -2 * np.pi * line.growth / abs(omega) if omega else None,
+    }
+
+
+def rotation_of_case(case: Case, fastest: float = 0.0) -> dict[str, Any]:
     """Return the effects of rotation at the case's speed, as `model --json` shows them.
+
+    case, fastest : the case; rad/s, highest speed of interest, such as of a sweep
 
     Returns
     -------
@@ -63,7 +85,13 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
     auto : what engine.rotation = "auto" chose and why, see `Choice`; None: not "auto"
     growth : 1/s, growth rate of the least stable free motion
     unstable_from : rad/s, lowest speed where a free motion grows; None if none is found
-    unbalance_speeds : rad/s, at which an unbalance is in resonance with a wave of k = 1
+    bands : bands of speed in which a free motion grows, dicts of the attributes of
+        `reduction.growth.Band`
+    searched : the speeds at which bands and `unbalance_speeds` were searched: low, high
+        (rad/s), ends (why no further, see `Span`), resolution (rad/s, width from which
+        on no band is missed); None without terms of rotation
+    unbalance_speeds : rad/s, at which an unbalance is in resonance with a wave of k =
+        1, undamped
     tip_growth : m, largest radial growth of a tip if rotation is full, else None
     clearance : m, at speed; `gap` less the growth if `gap_at` is rest, else `gap`
     film : damping and clearance of the squeeze film, see `_film`; None without one
@@ -72,18 +100,45 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
     """
     model, speed = case.model, case.given.speed
     rotor, turns = families.rotor_by_diameter(model), model.rotor.spin is not None
+    fastest = max(abs(fastest), *map(abs, extremes(case.given)))
+    stability = stability_of(model, fastest)
     running = apply_settings(case.given, {"gap": max(case.clearance, 0.0)})
     return {
         "kind": case.reduced.engine.rotation,
         "auto": _chosen(case.given),
         "growth": waves.largest_growth(rotor, model.blades, speed),
-        "unstable_from": waves.unstable_from(rotor, model.blades) if turns else None,
-        "unbalance_speeds": waves.unbalance_speeds(rotor),
+        **_facts_of_bands(stability),
+        "unbalance_speeds": unbalance_speeds_of(case, fastest),
         "tip_growth": case.growth if turns else None,
         "clearance": case.clearance,
         "film": _film(model.rotor, speed),
         "unbalance": facts_of_unbalance(model, running),
     }
+
+
+def _facts_of_bands(found: Stability | None) -> dict[str, Any]:
+    """Return the entries `unstable_from`, `bands` and `searched` of a case's facts."""
+    if found is None:
+        return {"unstable_from": None, "bands": [], "searched": None}
+    return {
+        "unstable_from": found.unstable_from,
+        "bands": [asdict(band) for band in found.bands],
+        "searched": found.span._asdict() | {"resolution": found.resolution},
+    }
+
+
+def unbalance_speeds_of(case: Case, fastest: float = 0.0) -> list[float]:
+    """Return the speeds, rad/s, at which an unbalance is in resonance, undamped.
+
+    They lie within the speeds that `reduction.growth.search_range` gives.
+
+    case, fastest : the case; rad/s, highest speed of interest
+    """
+    found = stability_of(case.model, fastest)
+    if found is None:
+        return []
+    speeds = waves.unbalance_speeds(families.rotor_by_diameter(case.model), fastest)
+    return [speed for speed in speeds if speed <= found.span.high]
 
 
 def _film(rotor: ModalModel, speed: float) -> dict[str, float] | None:
@@ -260,7 +315,7 @@ def bands_over(case: Case, speeds: Floats) -> Waves:
     }
 
 
-def side_by_side(case: Case, orders: int) -> dict[str, Any]:
+def side_by_side(case: Case, orders: int, fastest: float = 0.0) -> dict[str, Any]:
     """Return a rotor's facts without and with the effects of rotation, to compare them.
 
     Returns {"none": facts, "full": facts}. Facts are the dict of `rotation_of_case`
@@ -268,11 +323,12 @@ def side_by_side(case: Case, orders: int) -> dict[str, Any]:
     engine from file without terms of rotation only "none" is returned.
 
     orders : highest order n of a super-harmonic of the casing, for 1F
+    fastest : rad/s, highest speed of interest
     """
     cases = [case, beside(case)]
     return {
         one.reduced.engine.rotation: {
-            **rotation_of_case(one),
+            **rotation_of_case(one, fastest),
             "lines": lines_of(one),
             "critical_speeds": critical_of(one, orders),
         }

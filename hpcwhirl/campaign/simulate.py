@@ -44,7 +44,14 @@ from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.units import with_unit
-from hpcwhirl.scene.words import BEYOND_FILM, BY_PULSE, BY_SPEED, is_open
+from hpcwhirl.scene.words import (
+    BEYOND_FILM,
+    BY_PULSE,
+    BY_SPEED,
+    GROWS,
+    UNDISTURBED,
+    is_open,
+)
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.compute import Checkpoints
@@ -328,8 +335,8 @@ def result_of(case: Case, history: History) -> Result:
 def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     """Return remarks for the user on a case, such as why it ended early.
 
-    Others tell of motion beyond the clearance of a squeeze film, and of a profile that
-    the harmonics of the casing do not follow well.
+    Others tell of a free motion that grows, of motion beyond the clearance of a squeeze
+    film, and of a profile that the harmonics of the casing do not follow well.
 
     Parameters
     ----------
@@ -340,6 +347,9 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     if row["outcome"] == "overloaded":
         by_pulse = row["ledger_pulse"] >= row["driven_energy"]
         notes.append(BY_PULSE if by_pulse else BY_SPEED)
+    if row["free_growth"] > 0.0:
+        rests = row["late_energy"] == 0.0 and row["late_contacts"] == 0
+        notes.append(GROWS.format(row["free_growth"]) + UNDISTURBED * rests)
     rotor = scene.engine.rotor
     if rotor.film_viscosity > 0.0 and row["centre_peak"] > rotor.film_clearance:
         notes.append(BEYOND_FILM)

@@ -76,11 +76,22 @@ def _folding(case: Case) -> Note:
         "shaft's centre, which stays at rest",
         why=f"{blades} equal blades and a load on {k} lobes are the same after a turn "
         f"by 360/{folds} degrees, and so is every motion from rest: exact, to "
-        "round-off. A motion without this symmetry could only grow out of round-off, "
-        "from contact to contact: after more than 12 touchdowns of a blade, or contact "
-        "for longer than the rotor's slowest period, the case begins anew with the "
-        "whole model (folds in the results is 1 then)",
+        "round-off. All free motion decays at this speed, so that a motion without "
+        "this symmetry could only grow out of round-off from contact to contact: after "
+        "more than 12 touchdowns of a blade, or contact for longer than the rotor's "
+        "slowest period, the case begins anew with the whole model (folds in the "
+        "results is 1 then)",
         saves=f"{few} of {many} modal amplitudes are integrated",
+    )
+
+
+def _growing(plan: Plan) -> Note:
+    return Note(
+        left_out="nothing of the motion: all sectors are integrated, in all steps",
+        why=f"a free motion of the engine grows by {plan.growth:.3g} 1/s without "
+        "contact: any disturbance grows into it, also where the load would move all "
+        "sectors alike, and no blade can be proved to touch no more",
+        saves="nothing",
     )
 
 
@@ -90,9 +101,9 @@ def _settling(scene: Scene, plan: Plan) -> Note:
     ways = "it ends there, damped" if certain else "samples come from closed form"
     return Note(
         left_out=f"{rest}, once the amplitudes of all modes together are below the gap",
-        why="all modes are held and damped, and the sum of their amplitudes bounds "
-        "every gap for all time: no contact can recur (certificate in the results); "
-        f"{ways}",
+        why="all waves of rotor and casing decay, and the sum of their amplitudes "
+        "bounds every gap for all time: no contact can recur (certificate in the "
+        f"results); {ways}",
         saves=f"at best all steps after {plan.settling:.3g} s, when a ring that no "
         "blade touches swings by less than the gap, of "
         f"{scene.end_time:.3g} s",
@@ -104,6 +115,8 @@ def notes_of(case: Case) -> list[Note]:
     scene, plan, notes = case.given, case.plan, []
     if scene.solver.truncation > 0.0 and has_families(scene):
         notes.append(_truncation(case))
+    if plan.growth > 0.0 and scene.solver.plan == "lean":
+        notes.append(_growing(plan))
     if plan.folds > 1:
         notes.append(_folding(case))
     elif scene.engine.rotor.centre == "clamped" and not scene.engine.file:

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats
+from hpcwhirl.case.growth import largest_free_growth
 from hpcwhirl.case.profile import room_of, shape_of
 from hpcwhirl.errors import ModelError
 from hpcwhirl.reduction.model import Model, has_families
@@ -61,6 +62,9 @@ class Marched(NamedTuple):
 class Plan:
     """The part of a case's model that is integrated, and until when.
 
+    Where a free motion of the whole engine grows, any disturbance grows into it: then
+    all sectors are integrated, and no certificate is sought.
+
     Attributes
     ----------
     folds : g, number of sectors that move alike, of which one is integrated; 1: all
@@ -68,11 +72,14 @@ class Plan:
     settles : whether the run seeks a certificate (a proof that no blade can touch
         again), after which it continues in closed form or ends
     settling : s, time after which the ring, if not touched, moves less than the gap
+    growth : 1/s, largest growth rate of a free motion of the whole engine in the run; 0
+        if all decay
     """
 
     folds: int
     settles: bool
     settling: float
+    growth: float = 0.0
 
 
 def folds_of(scene: Scene) -> int:
@@ -80,6 +87,7 @@ def folds_of(scene: Scene) -> int:
 
     The gcd includes the harmonics of a casing that is not round. g is 1 with unequal
     sectors, an unbalance or a layer that wears, or if plan or scheme need all sectors.
+    Whether one sector may represent all depends on the model, too, see `plan_of`.
     """
     solver = scene.solver
     if solver.plan == "everything" or not SCHEMES[solver.scheme].folds:
@@ -156,22 +164,24 @@ def plan_of(scene: Scene, model: Model) -> Plan:
 
     model : the model of all sectors
     """
-    folds, settling = folds_of(scene), settling_time(scene, model)
+    growth = largest_free_growth(scene, model)
+    folds = folds_of(scene) if growth == 0.0 else 1
+    settling = settling_time(scene, model)
     lean = scene.solver.plan == "lean" and SCHEMES[scene.solver.scheme].settles
     spin = model.rotor.spin
     lean = lean and (spin is None or spin.support.is_plain)
+    lean = lean and growth == 0.0 and settling < math.inf
     wanted = scene.solver.until == "certain" or settling < SOON * scene.end_time
-    return Plan(folds, lean and wanted and settling < math.inf, settling)
+    return Plan(folds, lean and wanted, settling, growth)
 
 
-def lean_of(scene: Scene, model: Model) -> Marched:
+def lean_of(scene: Scene, model: Model, folds: int) -> Marched:
     """Return the scene and the model that are integrated.
 
     They are those of one sector if g > 1 sectors move alike, else those given.
 
-    model : the model of all sectors
+    model, folds : the model of all sectors; g, see `Plan`
     """
-    folds = folds_of(scene)
     if folds == 1:
         return Marched(scene, model)
     return Marched(folded_scene(scene, folds), folded_model(model, folds))

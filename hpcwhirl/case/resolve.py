@@ -15,6 +15,7 @@ from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.waves import tip_growth
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.input_names import Value
+from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.store.models.engine_file import points_named
 
@@ -66,13 +67,20 @@ class Case:
     def growth(self) -> float:
         """Radial growth by rotation, m, of the tip that grows most.
 
-        It is 0 if the model has no terms of rotation.
+        It is 0 if the model has no terms of rotation. Of a rotor that loses a blade it
+        is that of the whole wheel, for which the clearance was set.
         """
         if self.model.rotor.spin is None:
             return 0.0
-        return float(
-            tip_growth(self.model.rotor, self.model.blades, self.given.speed).max()
-        )
+        model = self._wheel
+        return float(tip_growth(model.rotor, model.blades, self.given.speed).max())
+
+    @property
+    def _wheel(self) -> Model:
+        """The model with all blades, also if the rotor loses one."""
+        if self.reduced.engine.rotor.lost_blade == NO_BLADE or self.own is not None:
+            return self.model
+        return model_of(apply_settings(self.reduced, {"lost_blade": NO_BLADE}))
 
     @property
     def clearance(self) -> float:
@@ -117,7 +125,7 @@ class Case:
     @cached_property
     def lean(self) -> Marched:
         """The scene and the model of the part that the plan integrates."""
-        return lean_of(self.scene, self.model)
+        return lean_of(self.scene, self.model, self.plan.folds)
 
     @property
     def whole(self) -> Marched:

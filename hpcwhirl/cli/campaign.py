@@ -98,8 +98,12 @@ def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> 
     if not prepared.fresh:
         mends = "failed" in prepared.policy.retry
         check_begun(prepared.design, prepared.directory.plan, mends=mends)
+    from hpcwhirl.campaign.foresight.growth import growing_told
+
     code = _foretell(args, session, prepared)
     _tell_inputs(prepared.design)
+    if growing := growing_told(prepared.design):
+        say(growing)
     return code
 
 

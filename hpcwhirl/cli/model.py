@@ -6,6 +6,7 @@ import argparse
 import math
 from dataclasses import asdict
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 from hpcwhirl.analysis.rotation import (
@@ -19,7 +20,7 @@ from hpcwhirl.case.profile import profile_of, told_of_profile
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.errors import SHOWN, InputError, one_line, say, shown
+from hpcwhirl.errors import SHOWN, InputError, WhirlError, one_line, say, shown
 from hpcwhirl.reduction.families import UNKNOWN, modal_table
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.quantities import DERIVED
@@ -43,10 +44,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         default=SHOWN_HZ, type=float)
 
 
-def facts_of(case: Case, orders: int) -> dict[str, Any]:
+def facts_of(case: Case, orders: int, fastest: float = 0.0) -> dict[str, Any]:
     """Return what `model --json` prints on the model of a case, by name.
 
     orders : highest order of super-harmonics among the critical speeds
+    fastest : rad/s, highest speed of interest, such as of a sweep
     """
     engine, table = case.given.engine, modal_table(case.model)
     foreign = engine.file != ""  # only the tips of such a rotor's blades are known
@@ -56,7 +58,7 @@ def facts_of(case: Case, orders: int) -> dict[str, Any]:
         "blade_stiffness": None if foreign else blade_stiffness(engine.rotor),
         "critical_speeds": critical_of(case, orders),
         "lines": lines_of(case),
-        "rotation": rotation_of_case(case),
+        "rotation": rotation_of_case(case, fastest),
         "rotor_from_file": facts_of_file(case.model.rotor) if foreign else None,
         "time_step_limits": case.model.limits(case.given.speed),
         "profile_missed": profile_of(case.given).missed,
@@ -74,9 +76,10 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(msg)
     scene = options.scene_of(args.scene, args.settings)
     case = resolve(scene)
-    facts = facts_of(case, args.orders)
+    fastest = _fastest(args.scene, args.settings)
+    facts = facts_of(case, args.orders, fastest)
     if args.explain:
-        facts["rotations"] = side_by_side(case, 1)
+        facts["rotations"] = side_by_side(case, 1, fastest)
     options.tell_remarks(scene)
     if told := told_of_profile(scene):
         say(told)
@@ -90,6 +93,23 @@ def run(args: argparse.Namespace) -> int:
     else:
         _show(facts, args.up_to, scene.nodal_diameter)
     return 0
+
+
+def _fastest(name: str, settings: list[str]) -> float:
+    """Return the highest |speed|, rad/s, in the cases of a campaign file, else 0.
+
+    name, settings : SCENE of the command line; texts of --set
+    """
+    from hpcwhirl.campaign.foresight.growth import fastest_of
+    from hpcwhirl.campaign.plan.design import Design
+
+    if not Path(name).is_file():
+        return 0.0
+    try:
+        design = Design.of(Path(name), options.parsed(settings))
+    except WhirlError:  # of tables that this command ignores
+        return 0.0
+    return fastest_of(design)
 
 
 def _show_plan(plan: dict[str, Any]) -> None:
@@ -150,19 +170,75 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
         for frame in ("rotating", "static") if lines else ():
             numbers = ", ".join(f"{line[frame]:.1f}" for line in lines)
             out[f"{family}, k = {k}: {frame} frame, {unit}"] = numbers
+        if lines:
+            numbers = ", ".join(f"{line['damping_ratio']:.3g}" for line in lines)
+            out[f"{family}, k = {k}: damping ratio"] = numbers
     for row in facts["critical_speeds"]:
         if row["nodal_diameter"] in diameters:
             name = f"Eq. 13, {row['family']}, k = {row['nodal_diameter']}, {unit}"
             out[name] = f"{row['speed']:.1f}"
     for speed in facts["unbalance_speeds"]:
-        out[f"critical speed of an unbalance, {unit}"] = f"{speed:.1f}"
-    if facts["unstable_from"] is not None:
-        out[f"free motion grows above, {unit}"] = f"{facts['unstable_from']:.1f}"
-    out["slowest decay of free motion, 1/s"] = f"{-facts['growth']:.3g}"
+        name = f"critical speed of an unbalance, undamped, {unit}"
+        out[name] = ", ".join(filter(None, [out.get(name, ""), f"{speed:.1f}"]))
+    out[f"free motion grows, {unit}"] = _spans_of_growth(facts)
+    of = "growth" if facts["growth"] > 0.0 else "slowest decay"
+    out[f"{of} of free motion, 1/s"] = f"{abs(facts['growth']):.3g}"
     if facts["tip_growth"] is not None:
         out["radial growth of the tips, mm"] = f"{1e3 * facts['tip_growth']:.3g}"
         out["clearance at speed, mm"] = f"{1e3 * facts['clearance']:.4g}"
     return out | _film_numbers(facts["film"]) | _circle_numbers(facts["unbalance"])
+
+
+def _spans_of_growth(facts: dict[str, Any]) -> str:
+    """Return the bands of speed in which free motion grows as text, rad/s.
+
+    facts : facts of the rotor, see `analysis.rotation.rotation_of_case`
+    """
+    if not facts["bands"]:
+        return f"none {searched_told(facts['searched'])}"
+    return ", ".join(map(_band_told, facts["bands"]))
+
+
+def _band_told(band: dict[str, Any]) -> str:
+    end = f"to {band['end']:.1f}" if band["ends"] else "on"
+    return f"{band['start']:.1f} {end}"
+
+
+def searched_told(searched: dict[str, Any] | None) -> str:
+    """Return which speeds were searched as text, such as "up to 1025 rad/s".
+
+    searched : entry of `analysis.rotation.rotation_of_case`; None: rotation is none
+    """
+    if searched is None:
+        return "(rotation none)"
+    low, high = searched["low"], searched["high"]
+    told = f"from {low:.4g} to {high:.4g}" if low else f"up to {high:.4g}"
+    ends = {
+        "table": ", where the bearing's table ends",
+        "stiffness": ", where blades lose their stiffness",
+    }
+    return f"{told} rad/s{ends.get(searched['ends'], '')}"
+
+
+def growth_told(rotation: dict[str, Any]) -> list[str]:
+    """Return lines of text on the speeds at which free motion grows.
+
+    rotation : result of `analysis.rotation.rotation_of_case`
+    """
+    searched = rotation["searched"]
+    within = searched_told(searched)
+    if searched and searched["resolution"]:
+        within += f"; no band wider than {searched['resolution']:.2g} rad/s is missed"
+    if not rotation["bands"]:
+        return [f"free motion grows at no speed {within}"]
+    lines = [
+        f"free motion grows from {_band_told(band)} rad/s: at most {band['growth']:.3g}"
+        f" 1/s, at {band['speed']:.4g} rad/s, {band['family']} of k = "
+        f"{band['nodal_diameter']} with {abs(band['frequency']):.4g} rad/s "
+        f"{'forward' if band['frequency'] > 0.0 else 'backward'} in the static frame"
+        for band in rotation["bands"]
+    ]
+    return [*lines, f"growth of free motion was searched {within}"]
 
 
 def _film_numbers(film: dict[str, float] | None) -> dict[str, str]:
@@ -231,6 +307,7 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
             f"rotation pulls tips out by {1e3 * growth:.3g} mm: clearance at speed "
             f"{1e3 * rotation['clearance']:.4g} mm"
         )
+    lines += growth_told(rotation)
     return [*lines, told_circle(circle)] if circle else lines
 
 

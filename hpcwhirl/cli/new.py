@@ -81,6 +81,8 @@ def run(args: argparse.Namespace) -> int:
         hint = f"1F of fans is {FANS[0]:g} to {FANS[1]:g} of full speed, in Hz: change "
         hint += "--frequency or --speed"
         say(hint)
+    if growing := told_of_growth(scene, checked):
+        say(growing)
     print(f"next: hpcwhirl campaign {shlex.quote(str(args.file))} --dry-run")
     return 0
 
@@ -132,6 +134,32 @@ def told_of_pulse(scene: Scene, checked: Checked) -> str:
         f"the pulse gives the ring {checked.kick:.3g} m/s and closes the gap of "
         f"{scene.gap * 1e3:.3g} mm in {checked.closing * 1e3:.3g} ms; without blades "
         f"the ring would move {checked.reach:.3g} gaps far"
+    )
+
+
+def told_of_growth(scene: Scene, checked: Checked) -> str:
+    """Return a line of text on speeds at which free motion grows; "" if there are none.
+
+    They are looked for up to the full speed.
+
+    checked : numbers computed from the engine's model
+    """
+    from hpcwhirl.case.growth import stability_of
+    from hpcwhirl.case.resolve import resolve
+
+    full = checked.full_speed
+    found = stability_of(resolve(scene).model, full)
+    bands = [band for band in found.bands if band.start < full] if found else []
+    if not bands:
+        return ""
+    spans = ", ".join(
+        f"{band.start * RPM:.0f} to {min(band.end, full) * RPM:.0f} rpm"
+        for band in bands
+    )
+    return (
+        f"free motion grows by itself at {spans}, without contact, by up to "
+        f"{max(band.growth for band in bands):.3g} 1/s: no gap, friction or pulse "
+        "changes that; raise suspension_damping or --frequency, or lower --speed"
     )
 
 

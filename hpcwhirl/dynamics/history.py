@@ -107,10 +107,9 @@ class History:
         without unbalance
     blur : energy, J, and squared distance of the centre, m^2, up to which a motion
         about the circle may be round-off; 0 for schemes that compute this motion
-    free_growth : (b,) or (1,), 1/s, growth rate of the rotor's fastest growing free
+    free_growth : (b,) or (1,), 1/s, growth rate of the engine's fastest growing free
         motion, at the speed of each of the b samples of the evidence; 0 if all decay,
-        if round-off explains it, or if the rotor moves throughout the second half of
-        the run, of a changing speed throughout all of it
+        or if round-off explains it
     worn : (n, M), m, depth of each of M rods of a layer on the casing; (0, M) unless
         stored
     layer : (3, M), at the end: worn depth, m, work of wear, J, and work of the rotation

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hpcwhirl.arrays import Floats
+from hpcwhirl.case.growth import free_growth
 from hpcwhirl.case.limits import shortest_limits
 from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.case.unbalance import centre_of, circle, swing
@@ -16,8 +17,6 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Tracks
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.numbers import representable
-from hpcwhirl.reduction.waves import ROUND_OFF, largest_growth
 
 if TYPE_CHECKING:
     from hpcwhirl.dynamics.march import March
@@ -30,7 +29,6 @@ STOPS = {  # {counter STOP: name of the reason for the end of a run}
     3: "complementarity",
     CERTAIN: "certain",
 }
-KNOTS = 17  # speeds of a run at which growth is computed; linear between them
 NO_LAYER = np.zeros((3, 0))  # for kernels whose states have no `worn`
 
 
@@ -173,33 +171,17 @@ def _blur(march: March) -> tuple[float, float]:
 
 
 def _free_growth(march: March, judged: Evidence) -> Floats:
-    """Return the growth rate of the rotor's fastest growing free motion, (b,), 1/s.
+    """Return the growth rate of the engine's fastest growing free motion, (b,), 1/s.
 
-    It is that at the speed of each of b rows of evidence; at a constant speed, and if
-    it is 0 throughout, (1,). It is 0 unless the terms of rotation make a motion grow,
-    see `History`. It takes longer to compute than all else of a history, and is
-    computed only for a rotor that is at rest at some time in the second half of the
-    run, or, if the speed changes, at any time; else it is 0, too.
+    It is that at the speed of each of b rows of evidence; at a constant speed (1,). It
+    is 0 where all free motion decays.
 
     judged : evidence of the run
     """
-    scene, rotor = march.scene, march.model.rotor
-    if scene.engine.rotation != "full":
-        return np.zeros(1)
-    changes = law_of(scene) is not None
-    energy = judged.rotor if changes else judged.rotor[len(judged.rotor) // 2 :]
-    rests = np.abs(energy) <= _blur(march)[0]
-    if not rests.any():
-        return np.zeros(1)
-    speeds = speed_at(scene, judged.time) if changes else np.array([scene.speed])
-    seen = speeds[rests] if changes else speeds
-    knots = np.linspace(seen.min(), seen.max(), KNOTS if changes else 1)
-    blades = march.model.blades
-    with representable("the growth of a free motion"):
-        rates = [largest_growth(rotor, blades, at) for at in knots.tolist()]
-    least = ROUND_OFF * float(rotor.omega.max())
-    grown = np.where(np.array(rates) > least, rates, 0.0)
-    return np.asarray(np.interp(speeds, knots, grown))
+    knots, rates = free_growth(march.scene, march.model)
+    if len(knots) == 1:
+        return rates
+    return np.asarray(np.interp(speed_at(march.scene, judged.time), knots, rates))
 
 
 def _judged(march: March) -> Evidence:

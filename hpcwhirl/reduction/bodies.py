@@ -148,9 +148,7 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
     model = whole_model(disk, rotor.damping, eta, added, near)
     # one mode more, as eta may split a pair of the tuned rotor, which is used for
     # labels
-    return named_after(
-        model, _tuned_model(tuned, min(eta + 1, most), model), rotor.blades
-    )
+    return named_after(model, _tuned_model(tuned, eta + 1, most, model), rotor.blades)
 
 
 @lru_cache(maxsize=4)
@@ -168,16 +166,18 @@ def _held_modes(tuned: Rotor, count: int) -> Floats:
     return rough_modes(disk.mass[within], disk.stiffness[within], count)
 
 
-def _tuned_model(tuned: Rotor, eta: int, model: ModalModel) -> ModalModel:
+def _tuned_model(tuned: Rotor, eta: int, most: int, model: ModalModel) -> ModalModel:
     """Return the modal model of a tuned rotor, whose modes give a mistuned one names.
 
     It has at least as many modes as the mistuned rotor's `model`.
 
     eta : number of fixed-interface modes; more are taken until this is so
+    most : number of all fixed-interface modes
     """
-    reference, fewest = rotor_model(tuned, eta), len(model.omega)
-    while len(reference.omega) < fewest:
-        eta += tuned.blades
+    eta, fewest = min(eta, most), len(model.omega)
+    reference = rotor_model(tuned, eta)
+    while len(reference.omega) < fewest and eta < most:
+        eta = min(eta + tuned.blades, most)
         reference = rotor_model(tuned, eta)
     return reference
 

@@ -16,6 +16,7 @@ diameter and is named after the mode at rest of which it contains most.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -37,8 +38,8 @@ from hpcwhirl.reduction.modes import (
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.supports import Bearing, Support, planar
 
-WATCHED = 4.0  # highest speed of searches / first natural frequency
-SPEEDS = 101  # number of speeds at which searches for unstable waves compute growth
+WATCHED = 4.0  # highest speed of a search / first natural frequency, without a table
+SPEEDS = 101  # number of speeds of a bearing's table at which resonances are searched
 REAL = 1e-9  # imaginary part, relative to the largest root, of a root taken as real
 ALIKE = 1e-6  # relative difference up to which frequencies count as equal
 ROUND_OFF = 1e-11  # growth rate, relative to the highest frequency, that counts as 0
@@ -189,18 +190,29 @@ def _apart(
     """
     from scipy.optimize import linear_sum_assignment  # slow to import
 
-    rate, whole = matrices
-    same = np.eye(len(hub))
-    held = whole + 1j * speed * rate - speed**2 * same
-    found = quadratic_roots(
-        _with_conjugate(rate + 2j * speed * same, own.damping_apart, hub),
-        _with_conjugate(held, own.stiffness_apart, hub),
-    )
+    found = quadratic_roots(*coupled_by_supports(matrices, hub, own, speed))
     found = found[np.argsort(-found.imag, kind="stable")][: len(roots)]
     named = (roots - 1j * speed).imag
     near = np.abs(named) - ALIKE * named  # of equal frequencies forward is the higher
     found = found[linear_sum_assignment(np.abs(near[:, None] - found.imag))[1]]
     return np.asarray(np.where(named > 0.0, found, found.conj()) + 1j * speed)
+
+
+def coupled_by_supports(
+    matrices: tuple[Complexes, Complexes], hub: Complexes, own: Support, speed: float
+) -> tuple[Complexes, Complexes]:
+    """Return the matrices of Y and conj(Y) in the equation of `_apart`, (2 m, 2 m).
+
+    They are those of velocities and of displacements, static frame; matrices, hub, own,
+    speed as in `_apart`
+    """
+    rate, whole = matrices
+    same = np.eye(len(hub))
+    held = whole + 1j * speed * rate - speed**2 * same
+    return (
+        _with_conjugate(rate + 2j * speed * same, own.damping_apart, hub),
+        _with_conjugate(held, own.stiffness_apart, hub),
+    )
 
 
 def _with_conjugate(matrix: Complexes, apart: complex, hub: Complexes) -> Complexes:
@@ -248,17 +260,18 @@ def _modal_damping(model: ModalModel, piece: SpinBlock) -> Floats | Complexes:
 def quadratic_roots(
     damping: Complexes | Floats, stiffness: Complexes | Floats
 ) -> Complexes:
-    """Return the roots s of motions e^{s t} with x'' + D x' + K x = 0, (2 n,), 1/s.
+    """Return the roots s of motions e^{s t} with x'' + D x' + K x = 0, (..., 2 n), 1/s.
 
     They are eigenvalues of a companion matrix with velocities scaled by sqrt(K).
 
-    damping, stiffness : D, 1/s, K, 1/s^2, (n, n)
+    damping, stiffness : D, 1/s, K, 1/s^2, (..., n, n)
     """
-    n = len(stiffness)
-    scale = np.sqrt(np.linalg.norm(stiffness))
-    top = np.hstack([np.zeros((n, n)), scale * np.eye(n)])
-    low = np.hstack([-stiffness / scale, -damping])
-    return np.asarray(np.linalg.eigvals(np.vstack([top, low])))
+    n = stiffness.shape[-1]
+    scale = np.sqrt(np.linalg.norm(stiffness, axis=(-2, -1), keepdims=True))
+    same = np.broadcast_to(np.eye(n), stiffness.shape)
+    top = np.concatenate([0.0 * same, scale * same], axis=-1)
+    low = np.concatenate([-stiffness / scale, -damping], axis=-1)
+    return np.asarray(np.linalg.eigvals(np.concatenate([top, low], axis=-2)))
 
 
 def turning_matrices(
@@ -301,16 +314,36 @@ def _of_whole(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
     top = np.hstack([np.zeros((n, n)), np.eye(n)])
     roots, shapes = np.linalg.eig(np.vstack([top, -right]))
     moved = np.abs((model.mass @ model.shapes).T @ shapes[:n]) ** 2
+    radial = shapes[0 : 2 * blades : 2]
+    return lines_of_shapes(model, blades, speed, roots, radial, moved)
+
+
+def lines_of_shapes(
+    model: ModalModel,
+    blades: int,
+    speed: float,
+    roots: Complexes,
+    radial: Complexes,
+    moved: Floats,
+) -> list[WaveLine]:
+    """Return the waves of a rotor taken as a whole, named by what moves in them.
+
+    Parameters
+    ----------
+    model, blades, speed : rotor; N; Omega, rad/s
+    roots : (r,), s, 1/s; of a pair of conjugates that with Im s <= 0 is left out
+    radial : (N, r), radial motion of the tips
+    moved : (m, r), squared amplitudes of modes at rest
+    """
     lines = []
     angle = 2 * np.pi * np.arange(blades) / blades
-    for root, shape, share in zip(roots, shapes.T, moved.T, strict=True):
+    for root, shape, share in zip(roots, radial.T, moved.T, strict=True):
         if root.imag <= 0.0:
             continue
         m = int(np.argmax(share))
         k = int(model.diameter[m])
         name = family_ranks(model, k)[int(model.rank[m])]
-        radial = shape[0 : 2 * blades : 2]
-        waves = [abs(radial @ np.exp(sign * 1j * k * angle)) for sign in (-1, 1)]
+        waves = [abs(shape @ np.exp(sign * 1j * k * angle)) for sign in (-1, 1)]
         forward = np.conj(root)  # of e^{-i k theta + s t}, which turns with Omega
         roots_of_wave = [forward if k == 0 or waves[1] > waves[0] else root]
         if k > 0 and is_simple(k, blades):
@@ -331,54 +364,78 @@ def largest_growth(model: ModalModel, blades: int, speed: float) -> float:
         return max(
             float(wave_roots(model, piece, speed).real.max()) for piece in spin.waves
         )
-    return max(line.growth for line in wave_lines(model, blades, speed))
+    if spin is None:
+        return float((-model.ratios * model.omega).max())
+    gyro, damping, stiffness, push = turning_matrices(model, speed, blades)
+    both = np.hstack([damping + gyro, stiffness + push])
+    rate, held = np.hsplit(np.linalg.solve(model.mass, both), 2)
+    return float(quadratic_roots(rate, held).real.max())
 
 
-def unbalance_speeds(model: ModalModel) -> list[float]:
+def watched_speeds(model: ModalModel, fastest: float = 0.0) -> tuple[float, float]:
+    """Return the speeds, rad/s, between which resonance and instability are searched.
+
+    With a bearing's table these are the speeds of the table, since a case at any other
+    is refused. Else they extend to the fastest speed of interest, but at least to
+    `WATCHED` times the first natural frequency.
+
+    model, fastest : rotor with terms of rotation; rad/s
+    """
+    support = model.terms.support
+    if isinstance(support, Bearing) and len(support.speeds) > 1:
+        return float(support.speeds[0]), float(support.speeds[-1])
+    return 0.0, max(WATCHED * float(model.omega[model.omega > 0.0].min()), fastest)
+
+
+def unbalance_speeds(model: ModalModel, fastest: float = 0.0) -> list[float]:
     """Return the speeds > 0, rad/s, at which an unbalance is in resonance, undamped.
 
     A wave of k = 1 is then at rest in the rotating frame, like the force of an
     unbalance: det K(Omega) = 0. Supports that differ by direction couple it to the wave
     at 2 Omega in that frame, backward in the static one, with the stiffness K(Omega) +
     4 Omega^2 (i C - M). Empty for unequal sectors and a clamped centre.
+
+    fastest : rad/s, speed of interest, see `watched_speeds`
     """
     spin = model.spin
     for piece in spin.waves if spin else ():
         if spin and piece.hub.any():
-            return _met(piece, spin.support, top_speed(model))
+            return _met(piece, spin.support, *watched_speeds(model, fastest))
     return []
 
 
-def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[float]:
+def _met(
+    piece: SpinBlock, supports: Support | Bearing, low: float, high: float
+) -> list[float]:
     """Return resonance speeds of an unbalance on supports that depend on the speed.
 
     The supports are evaluated at each of `SPEEDS` speeds, and the resonance speeds
     computed with them. Where such a speed equals the one at which the supports were
     evaluated, there is a resonance.
 
-    piece : modes and terms of rotation of nodal diameter 1
-    supports, top : supports from a table; rad/s, highest speed of the search
+    piece, supports : modes and terms of rotation of nodal diameter 1; the supports
+    low, high : rad/s, ends of the search
     """
     if isinstance(supports, Support):
         speeds = _soft_at(*_of_unbalance(piece, supports))
-        return [float(speed) for speed in speeds if speed < top]
+        return [float(speed) for speed in speeds if low <= speed <= high]
 
-    def ahead(speed: float, place: int) -> float:
+    def ahead(speed: float) -> Floats:
         found = _soft_at(*_of_unbalance(piece, supports.at(speed)))
-        return float(found[place]) - speed if place < len(found) else np.inf
+        return np.pad(found, (0, most - len(found)), constant_values=np.inf) - speed
 
-    grid, found = np.linspace(0.0, top, SPEEDS).tolist(), []
-    for place in range(2 * len(piece.hub)):
-        sizes = [ahead(speed, place) for speed in grid]
-        for i in range(len(grid) - 1):
-            if sizes[i] > 0.0 >= sizes[i + 1] or sizes[i] <= 0.0 < sizes[i + 1]:
-                if not np.isfinite(sizes[i : i + 2]).all():
-                    continue
-                ends = grid[i], grid[i + 1]
-                found.append(zero_between(partial(ahead, place=place), *ends))
-        if not np.isfinite(sizes).any():
-            break
+    most, found = 2 * len(piece.hub), []
+    grid = np.linspace(low, high, SPEEDS).tolist()
+    sizes = np.array([ahead(speed) for speed in grid])
+    crossed = (sizes[:-1] > 0.0) != (sizes[1:] > 0.0)
+    for i, place in np.argwhere(crossed & np.isfinite(sizes[:-1] + sizes[1:])):
+        of_place = partial(_at, ahead, int(place))
+        found.append(zero_between(of_place, grid[i], grid[i + 1]))
     return sorted(found)
+
+
+def _at(values: Callable[[float], Floats], place: int, speed: float) -> float:
+    return float(values(speed)[place])
 
 
 def _of_unbalance(
@@ -494,34 +551,6 @@ def stiff_up_to(model: ModalModel, blades: int) -> float:
         None if quartic is None else quartic[grid],
     )
     return float(speeds[0]) if len(speeds) else float("inf")
-
-
-def top_speed(model: ModalModel) -> float:
-    """Return the highest speed, rad/s, of searches for instability and resonance.
-
-    It is `WATCHED` times the rotor's first frequency (1,000 rad/s for the default
-    engine); beyond it, the theory of stiffening for small displacements is not valid.
-    """
-    return WATCHED * float(model.omega[model.omega > 0.0].min())
-
-
-def unstable_from(model: ModalModel, blades: int) -> float | None:
-    """Return the lowest speed, rad/s, at which a free motion grows; None if not found.
-
-    It is searched up to `top_speed` at `SPEEDS` speeds; growth by round-off is ignored.
-    """
-
-    def growth(speed: float) -> float:
-        return largest_growth(model, blades, float(speed)) - floor
-
-    floor = ROUND_OFF * float(model.omega.max())
-    speeds = np.linspace(0.0, top_speed(model), SPEEDS)
-    low = 0.0
-    for speed in speeds.tolist():
-        if growth(speed) > 0.0:
-            return speed if speed == 0.0 else zero_between(growth, low, speed)
-        low = speed
-    return None
 
 
 def tip_growth(model: ModalModel, blades: int, speed: float) -> Floats:

@@ -83,6 +83,11 @@ ROW: dict[str, Quantity] = {
         growth_rotor="as growth_rate, of the rotor's energy; at rest, of its "
         "fastest growing free motion",
     ),
+    **_real(
+        "1/s",
+        free_growth="largest growth rate of a free motion, without contact, of rotor, "
+        "supports and casing at the window's speeds; 0 if all decay",
+    ),
     **_real("1/s", growth_casing="as growth_rate, of the casing's energy"),
     **_real("1/s", growth_centre="growth rate of the centre's ln rms displacement"),
     **_real("1/s", growth_last="as growth_rate, in the last quarter of the window"),

@@ -108,6 +108,8 @@ BY_SPEED = (  # the same, if not the pulse did that
     "the changing speed itself, not growth, moved the tips to the amplitude limit; "
     "lower its rate or the unbalance, or raise amplitude_limit"
 )
+GROWS = "free motion grows by {:.3g} 1/s, without contact"
+UNDISTURBED = "; nothing has disturbed the rotor from its motion at rest or on a circle"
 BEYOND_FILM = (  # message for a case that still has a word
     "the centre moved farther than film_clearance, where the housing would stop it"
 )
@@ -182,15 +184,16 @@ RULES = {
         # rotation, friction, supports carried the tips to the amplitude limit, no load
         Rule("divergent", ("stop == 'amplitude'",)),
         # no contact can recur, whatever load is still to come
-        Rule("damped", ("certificate >= 0",)),
+        Rule("damped", ("certificate >= 0", "free_growth <= 0")),
         # a load still acts within the window, or is still to come
         Rule("undecided", ("begin < load_end",)),
-        # at rest, where no free motion of the rotor grows
-        Rule("damped", ("late_energy == 0", "growth_rotor <= 0")),
-        # no contact; the energy falls significantly, and that of no part grows
+        # at rest, where no free motion of the engine grows
+        Rule("damped", ("late_energy == 0", "free_growth <= 0")),
+        # no contact, no free motion grows; the energy falls significantly, and that of
+        # no part grows
         Rule("damped", (
-            "late_contacts == 0", "clear", "growth_rate < 0", "growth_rotor <= 0",
-            "growth_casing <= 0", "growth_shaft <= 0")),
+            "late_contacts == 0", "free_growth <= 0", "clear", "growth_rate < 0",
+            "growth_rotor <= 0", "growth_casing <= 0", "growth_shaft <= 0")),
         Rule("undecided", ("late_contacts == 0",)),
         # rotation and friction feed energy; total and rotor have grown to the highest
         # of the run, not slower in the last quarter; casing or shaft change, as contact

@@ -380,3 +380,46 @@ def test_the_counter_of_looks_is_part_of_the_state():
     march = March(resolve(scene(nodal_diameter=2, gap=1e-3, duration=0.3)))
     assert int(march.counter[contact.NEXT_TRY]) % march.beat == 0
     assert int(march.counter[contact.NEXT_TRY]) * 1e-6 >= 2 * march.scene.pulse
+
+
+GROWING = {  # rotors of which a wave of k = 1 grows, which one sector of k = 2 has not
+    "rotation": "full", "nodal_diameter": 2, "blades": 6, "modes": 12, "gap": 1e-3,
+    "casing.harmonics": 4, "duration": 0.2, "time_step": 4e-5,
+}  # fmt: skip
+FED = {
+    "rotating damping": {"suspension_damping": -1.0, "speed": 900.0},
+    "cross coupling": {"cross_coupling": 3e7, "speed": 300.0},
+    "at some speed only": {
+        "suspension_damping": -1.0, "speed": 300.0, "acceleration": 3000.0,
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("until", ["end", "certain"])
+@pytest.mark.parametrize("scheme", ["modal", "exact"])
+@pytest.mark.parametrize("fed", ["rotating damping", "cross coupling"])
+def test_no_sector_stands_for_all_and_none_is_certain_where_a_wave_grows(
+    fed, scheme, until
+):
+    given = GROWING | FED[fed] | {"scheme": scheme, "until": until}
+    plans = "lean", "everything"
+    cases = [resolve(scene(**given, plan=plan)) for plan in plans]
+    assert cases[0].plan.growth > 0.0
+    assert (cases[0].plan.folds, cases[0].plan.settles) == (1, False)
+    rows = [result_of(case, March(case).run()).row for case in cases]
+    assert rows[0]["regime"] == rows[1]["regime"] != "damped"
+    assert rows[0]["certificate"] == -1.0
+    assert rows[0]["folds"] == 1
+    assert rows[0]["free_growth"] == pytest.approx(cases[0].plan.growth)
+
+
+@pytest.mark.parametrize("fed", FED)
+def test_plan_and_texts_follow_from_the_growth_of_all_waves(fed):
+    case = resolve(scene(**GROWING | FED[fed]))
+    calm = resolve(scene(**GROWING | {"speed": 100.0, "suspension_damping": 0.3}))
+    assert (case.plan.folds, calm.plan.folds) == (1, 2)
+    told = [note["why"] for note in facts_of_plan(case)["left_out"]]
+    assert any("free motion" in why and "grows" in why for why in told)
+    assert not any("no contact can recur" in why for why in told)
+    assert facts_of_plan(calm)["settles"]
+    assert calm.plan.growth == 0.0

@@ -163,15 +163,17 @@ def _regime(numbers, limits):
     if numbers["stop"] == "amplitude":
         return "divergent"
     loaded = value["end_time"] - value["window"] < value["load_end"]
-    if value["certificate"] >= 0.0 or loaded:
-        return "damped" if value["certificate"] >= 0.0 else "undecided"
-    if value["late_energy"] == 0.0:
+    calm = value["free_growth"] <= 0.0
+    proved = value["certificate"] >= 0.0 and calm
+    if proved or (value["late_energy"] == 0.0 and calm and not loaded):
         return "damped"
+    if loaded:
+        return "undecided"
     clear = abs(value["growth_rate"]) > limits.significance * value["growth_error"]
     if not value["late_contacts"]:
         falling = value["growth_rate"] < 0.0
         falling = falling and all(rate <= 0.0 for rate in _parts(value, limits))
-        return "damped" if clear and falling else "undecided"
+        return "damped" if clear and falling and calm else "undecided"
     steady = _rubs_steadily(value, limits)
     grows = value["late_fed"] > 0.0 and clear and _diverges(value, limits)
     if grows and not steady:

@@ -49,6 +49,7 @@ def evidence(random):
         "growth_rotor": rate * random.choice([1.0, 1.0, 0.0, 1.1, -0.1]),
         "growth_casing": rate * random.choice([1.0, 1.0, -0.1]),
         "growth_centre": rate * random.choice([1.0, 1.0, 1.2, -0.1]),
+        "free_growth": (0.0, 0.0, 0.0, 0.25)[int(1e5 * lost) % 4],
         "growth_last": rate * near(random, limits.onward),
         "summit": near(random, limits.above),
         "end_time": 1.0, "window": window,

@@ -11,10 +11,11 @@ from matplotlib.lines import Line2D
 from hpcwhirl.analysis import rotation
 from hpcwhirl.analysis.critical import coincidences
 from hpcwhirl.arrays import Floats
+from hpcwhirl.case.growth import stability_of
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction import families
-from hpcwhirl.reduction.waves import unbalance_speeds, unstable_from
+from hpcwhirl.reduction.growth import Span
 from hpcwhirl.report.canvas import (
     BOX,
     axis_of,
@@ -144,18 +145,39 @@ def _beside(axes: Any, span: Floats, pairs: Mapping[str, Any]) -> None:
 
 
 def _at_speed(axes: Any, case: Case, most: float) -> None:
-    """Mark speeds at which an unbalance excites a wave, and free motions begin to grow.
+    """Mark speeds at which an unbalance excites a wave, and bands where motions grow.
+
+    Speeds beyond the search, such as beyond a bearing's table, are hatched.
 
     most : rad/s, end of the axis of speeds
     """
-    rotor = families.rotor_by_diameter(case.model)
-    unstable = unstable_from(rotor, case.model.blades)
-    marks = [("unbalance", unbalance_speeds(rotor)),
-             ("unstable from", [unstable] if unstable else [])]  # fmt: skip
-    for (told, speeds), look in zip(marks, ("-.", "--"), strict=True):
-        for speed in [speed for speed in speeds if speed <= most]:
-            axes.axvline(speed, color="#CC79A7", lw=1.2, ls=look,
-                         label=f"{told}: {_speed(speed)}")  # fmt: skip
+    for speed in rotation.unbalance_speeds_of(case, most):
+        if speed <= most:
+            axes.axvline(speed, color="#CC79A7", lw=1.2, ls="-.",
+                         label=f"unbalance: {_speed(speed)}")  # fmt: skip
+    found = stability_of(case.model, most)
+    if found is None:
+        return
+    for band in [band for band in found.bands if band.start < most]:
+        ends = f" to {_speed(band.end)}" if band.ends else ""
+        told = f"free motion grows from {_speed(band.start)}{ends}"
+        axes.axvspan(band.start, min(band.end, most), fc="#CC79A7", alpha=0.15, lw=0,
+                     label=told)  # fmt: skip
+    _beyond(axes, found.span, most)
+
+
+def _beyond(axes: Any, searched: Span, most: float) -> None:
+    """Hatch the speeds that were not searched, at which no case can run.
+
+    searched, most : the search; rad/s, end of the axis of speeds
+    """
+    why = {"table": "beyond the bearing's table"}.get(
+        searched.ends, "blades have no stiffness"
+    )
+    parts = [(0.0, searched.low), (searched.high, most)]
+    for place, (low, high) in enumerate(part for part in parts if part[0] < part[1]):
+        axes.axvspan(low, high, fc="none", ec="#999999", hatch="////", lw=0,
+                     label=None if place else why)  # fmt: skip
 
 
 def engine_orders(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report.canvas import FIXED, legend_below, value_of
-from hpcwhirl.report.map.colours import HATCHED, HATCHES, UNSURE, Colours
+from hpcwhirl.report.map.colours import GROWING, HATCHED, HATCHES, UNSURE, Colours
 from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene import title_of as named
 from hpcwhirl.scene.words import SHOWN, WHIRLS
@@ -200,6 +200,12 @@ def _whirl_keys(found: set[str]) -> list[Any]:
         for word, of in WHIRLS.items()
         if word in found - {"none"}
     ]
+
+
+def growing_key(count: int) -> Any:
+    """Return the legend entry of cells in which a free motion grows; their number."""
+    label = f"free motion grows without contact: {count}"
+    return Patch(fc="white", ec=GROWING[1], lw=0.5, hatch=GROWING[0], label=label)
 
 
 def twin_keys(

@@ -34,6 +34,7 @@ INK = "#000000"
 HATCHED = "#8A8A8A"
 HATCHES = {"missing": "////", "failed": "xxx", "unstable": "+++", "overloaded": "..."}
 UNSURE = "\\\\\\\\", "#3A3A3A"  # hatch of cases whose word too few of their twins have
+GROWING = "//", "#B0005A"  # hatch of cases whose free motion grows without contact
 TINT = "#FFFFFF70"  # colour laid over cases with the hatch `UNSURE`
 ATTRACTORS = {  # shades of a regime's colour, for its attractors by number
     "sustained": ("#F2DC3A", "#6B9E1F", "#C9A800", "#B6D97A", "#7A6A00", "#F7EFA0"),

@@ -14,8 +14,14 @@ from numpy.typing import NDArray
 from hpcwhirl.report.canvas import new_figure
 from hpcwhirl.report.map import drawing
 from hpcwhirl.report.map.axes import Axis
-from hpcwhirl.report.map.captions import add_legend, panel_title, title_of, twin_keys
-from hpcwhirl.report.map.colours import TINT, UNSURE
+from hpcwhirl.report.map.captions import (
+    add_legend,
+    growing_key,
+    panel_title,
+    title_of,
+    twin_keys,
+)
+from hpcwhirl.report.map.colours import GROWING, TINT, UNSURE
 from hpcwhirl.report.map.critical import mark_critical
 from hpcwhirl.report.map.data import Picture, Wish
 from hpcwhirl.report.map.refined import draw_refined, refined_cells
@@ -24,6 +30,7 @@ from hpcwhirl.store.reading.shares import SURE
 if TYPE_CHECKING:
     import xarray
 
+GROWTH = "free_growth"  # variable of the results
 LETTERED = 300  # number of cells up to which letters and markers are drawn
 READABLE = 0.5  # share of the cells in which a letter must fit
 WIDEST, LOWEST = 9.5, 5.6  # inches, largest width and height of a single panel
@@ -58,6 +65,11 @@ class Sheet:
     def points(self) -> tuple[float, float]:
         """Width and height of a panel without its labels, in points, 1/72 inch."""
         return 72 * (self.width - BESIDE[0]), 72 * (self.height - BESIDE[1])
+
+    @property
+    def has_cells(self) -> bool:
+        """Whether cells can be hatched: not for points of a plane without meaning."""
+        return not (self.picture.scattered and self.picture.free)
 
     def part(self, number: int) -> drawing.Part:
         """Return the cases of a panel, and how they are drawn; number : from 0."""
@@ -126,7 +138,7 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, results: Path)
     )
     panels = grid.ravel()
     _fill(figure, panels, sheet)
-    more = _mark_unsure(data, panels, sheet)
+    more = [*_mark_unsure(data, panels, sheet), *_mark_growing(data, panels, sheet)]
     _decorate(grid, sheet)
     if wish.critical:
         mark_critical(panels, picture, results)
@@ -143,19 +155,52 @@ def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
     """
     picture = sheet.picture
     regimes = picture.colours.name not in {"whirl", "motion", "attractor"}
-    has_cells = not (picture.scattered and picture.free)  # else points only
-    if not (regimes and has_cells and "word_share" in data and SURE in data.attrs):
+    if not (
+        regimes and sheet.has_cells and "word_share" in data and SURE in data.attrs
+    ):
         return []
     unsure = data["word_share"].to_numpy()[picture.case] < float(data.attrs[SURE])
+    _hatch(panels, sheet, unsure, UNSURE, "hatch chosen", tint=TINT)
+    return twin_keys(data, picture, unsure)
+
+
+def _mark_growing(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
+    """Hatch the cells of cases in which a free motion grows without contact.
+
+    Returns legend entries for them, [] if there are none
+    """
+    picture = sheet.picture
+    if GROWTH not in data or not sheet.has_cells:
+        return []
+    growing = data[GROWTH].to_numpy()[picture.case] > 0.0
+    if not growing.any():
+        return []
+    _hatch(panels, sheet, growing, GROWING, "hatch growing")
+    return [growing_key(int(growing.sum()))]
+
+
+def _hatch(
+    panels: Any,
+    sheet: Sheet,
+    chosen: NDArray[np.bool_],
+    look: tuple[str, str],
+    name: str,
+    tint: str = "none",
+) -> None:
+    """Hatch the cells of chosen cases in all panels.
+
+    chosen : (n,), for each case of the map
+    look, name, tint : see `drawing.hatch`
+    """
+    picture = sheet.picture
     for number, axes in enumerate(panels[: len(picture.panels)]):
         part = sheet.part(number)
         if picture.refined is not None:
-            cells: Any = refined_cells(part, picture, picture.refined, unsure)
+            cells: Any = refined_cells(part, picture, picture.refined, chosen)
         else:
-            cells = drawing.cells_of(part, picture, unsure)
+            cells = drawing.cells_of(part, picture, chosen)
         if len(cells):
-            drawing.hatch(axes, cells, UNSURE, "hatch chosen", tint=TINT)
-    return twin_keys(data, picture, unsure)
+            drawing.hatch(axes, cells, look, name, tint=tint)
 
 
 def _fill(figure: Any, panels: NDArray[Any], sheet: Sheet) -> None:

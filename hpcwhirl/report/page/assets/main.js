@@ -62,9 +62,11 @@ function drawAll() {
   state.cells = d3.group(cellsOf(plot), (cell) => Number(cell.dataset.case));
   drawLegend(colour);
   const unsure = state.shown.filter(isUnsure).length;
+  const growing = state.shown.filter(isGrowing).length;
   const notes = [
     ...(refined ? [`black: boundary of ${choice.colour === "whirl" ? "whirl" : "regimes"}`, "white dots: speckle, where words are chance"] : []),
     ...(unsure ? [`pale: fewer than ${short(100 * told.sure)} % of twins have its word, ${counted(unsure)}`] : []),
+    ...(growing ? [`hatched: free motion grows without contact, ${counted(growing)}`] : []),
   ];
   if (notes.length) element("legend").append(textElement("span", notes.join(" · "), "notes"));
   fade();

@@ -169,9 +169,28 @@ function drawMap(frame, choice, shown) {
     cell.dataset.whirl = words.whirl[i];
     cell.classList.toggle("unsure", isUnsure(i));
   }
+  hatchGrowing(plot);
   return { plot, colour, refined: Boolean(refined) };
+}
+
+// Lay a hatch over the cells of cases whose free motion grows without contact.
+function hatchGrowing(plot) {
+  const growing = [...cellsOf(plot)].filter((cell) => isGrowing(Number(cell.dataset.case)));
+  if (!growing.length) return;
+  const pattern = d3.select(plot).append("defs").append("pattern");
+  pattern.attr("id", "growing").attr("patternUnits", "userSpaceOnUse").attr("width", 7).attr("height", 7);
+  pattern.append("path").attr("d", "M-1,8 8,-1").attr("stroke", "#b0005a").attr("stroke-width", 1.2);
+  for (const cell of growing) {
+    const hatch = document.createElementNS(cell.namespaceURI, cell.tagName);
+    for (const name of ["x", "y", "width", "height", "cx", "cy", "r"])
+      if (cell.hasAttribute(name)) hatch.setAttribute(name, cell.getAttribute(name));
+    hatch.setAttribute("class", "growing");
+    hatch.setAttribute("fill", "url(#growing)");
+    hatch.setAttribute("pointer-events", "none");
+    cell.after(hatch);
+  }
 }
 
 const ONE = { name: "", title: "", levels: [""], level: () => 0, numeric: false };
 
-const cellsOf = (plot) => plot.querySelectorAll("[aria-label=rect] rect, [aria-label=dot] circle");
+const cellsOf = (plot) => plot.querySelectorAll("[aria-label=rect] rect:not(.growing), [aria-label=dot] circle:not(.growing)");

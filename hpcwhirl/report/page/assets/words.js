@@ -54,6 +54,9 @@ function byMajority(own, i, moved) {
   return moved || most === "none" ? own : most;
 }
 
+// Whether a free motion grows without contact.
+const isGrowing = (i) => (columns.get("free_growth")?.value(i) ?? 0) > 0;
+
 // Whether too few twins have the word of a case.
 const isUnsure = (i) => (columns.get("word_share")?.value(i) ?? NaN) < told.sure;
 

@@ -1,0 +1,70 @@
+"""Growth of an engine's free motion, without contact, in a case and over the speed.
+
+The engine's free waves are those of rotor and supports, which `reduction.growth`
+computes, and those of the casing, which only modal damping changes: they never grow.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from hpcwhirl.arrays import Floats
+from hpcwhirl.case.speed import extremes, law_of
+from hpcwhirl.reduction.families import rotor_by_diameter
+from hpcwhirl.reduction.growth import Stability, rates_over, stability
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.numbers import representable
+from hpcwhirl.scene import Scene
+
+KNOTS = 17  # speeds of a run at which growth is computed; linear between them
+MOST_KEPT = 256  # number of cached growth rates
+MOST_SEARCHED = 32  # number of cached searches
+
+
+def free_growth(scene: Scene, model: Model) -> tuple[Floats, Floats]:
+    """Return growth rates of the fastest growing free motion of the whole engine.
+
+    Parameters
+    ----------
+    scene : the case
+    model : the model of all sectors
+
+    Returns
+    -------
+    speeds, rates : (n,), rad/s and 1/s; the run's speeds, from the lowest to the
+        highest, one if its speed is constant; a rate is 0 where all free motion decays
+    """
+    if model.rotor.spin is None:
+        return np.array([scene.speed]), np.zeros(1)
+    low, high = sorted(extremes(scene))
+    rates = _rates(model, low, high, KNOTS if law_of(scene) is not None else 1)
+    return np.linspace(low, high, len(rates)), rates
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _rates(model: Model, low: float, high: float, count: int) -> Floats:
+    speeds = np.linspace(low, high, count)
+    with representable("the growth of a free motion"):
+        return rates_over(rotor_by_diameter(model), model.blades, speeds)
+
+
+def largest_free_growth(scene: Scene, model: Model) -> float:
+    """Return the largest growth rate of a free motion in a run, 1/s; 0 if none grows.
+
+    scene, model : the case; the model of all sectors
+    """
+    return float(free_growth(scene, model)[1].max())
+
+
+@lru_cache(maxsize=MOST_SEARCHED)
+def stability_of(model: Model, fastest: float) -> Stability | None:
+    """Return the bands of speed in which free motion grows; None without rotation.
+
+    model, fastest : the model of all sectors; rad/s, the highest speed of interest
+    """
+    if model.rotor.spin is None:
+        return None
+    with representable("the growth of free motions over the speed"):
+        return stability(rotor_by_diameter(model), model.blades, fastest)
