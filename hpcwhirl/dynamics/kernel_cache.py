@@ -13,6 +13,9 @@ name of the file follows from what was compiled, so that processes that compile 
 need no index. A file begins with the SHA-256 of the rest. A file that is cut, empty or
 altered is deleted, and its function is compiled again.
 
+The checksum finds accidents. Code that is loaded is executed, so directory and files
+must belong to the user of this process, and no other user may write them.
+
 Which release of numba is installed decides how kernels are compiled, see `is_plain`.
 """
 
@@ -106,13 +109,28 @@ def _cache_base(chosen: str) -> Path:
 
 
 def _may_write(place: Path) -> bool:
-    """Return whether files can be written to a directory; create it if missing."""
+    """Return whether this user alone can write to a directory; create it if missing.
+
+    If not, a line tells why: every process then compiles everything again.
+    """
+    why = f"others than its user may write {place}"
     try:
-        place.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=place):
-            return True
-    except OSError:
-        return False
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if is_own(place.stat()):
+            with tempfile.TemporaryFile(dir=place):
+                return True
+    except OSError as failed:
+        why = f"cannot write {place}: {failed.strerror}"
+    tell(f"note: compiled code is not kept, each rank compiles at each start: {why}")
+    return False
+
+
+def is_own(state: os.stat_result) -> bool:
+    """Return whether a file or directory is this user's, and no other may write it.
+
+    state : its status
+    """
+    return state.st_uid == os.geteuid() and not state.st_mode & 0o022
 
 
 def _temporary() -> Path:
@@ -128,10 +146,11 @@ def _temporary() -> Path:
 def read_intact(path: Path) -> bytes | None:
     """Return the content of a file of the cache, None without an intact one.
 
-    A damaged file is deleted.
+    A damaged file is deleted, and so is one that another user can have written.
     """
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            data = file.read() if is_own(os.fstat(file.fileno())) else b""
     except OSError:  # none, or none that can be read: the function is compiled
         return None
     content = data[CHECKSUM:]
@@ -151,7 +170,9 @@ def write_intact(path: Path, content: bytes) -> None:
     part = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(hashlib.sha256(content).digest() + content)
+        with part.open("wb") as file:
+            os.fchmod(file.fileno(), 0o600)  # whatever the umask
+            file.write(hashlib.sha256(content).digest() + content)
         part.replace(path)
     except OSError as failed:
         with contextlib.suppress(OSError):

@@ -27,12 +27,12 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import apart
 import common
-from attacks import damage, deaths, engines, ground, text, together
+from attacks import damage, deaths, engines, ground, outside, text, together
 from attacks.family import Chance, Family, Verdict
 
 PAGE = Path(__file__).with_suffix(".md")
 FAMILIES: dict[str, Family] = {}
-for _module in (deaths, damage, text, engines, together, ground):
+for _module in (deaths, damage, text, engines, together, ground, outside):
     FAMILIES |= _module.FAMILIES
 SHOWN = 8  # failures of a family on the page; all are printed
 Facts = dict[str, Any]

@@ -125,6 +125,46 @@ def test_damaged_code_is_deleted_and_compiled_anew(variant, damage):
     assert loaded(cache, sig).entry_point(1.0, 2.0) == 0.5
 
 
+def give_away(path):
+    if os.getuid():
+        pytest.skip("only root can give a file to another user")
+    os.chown(path, 65534, -1)
+
+
+OTHERS = {
+    "group may write": lambda path: path.chmod(path.stat().st_mode | 0o020),
+    "all may write": lambda path: path.chmod(path.stat().st_mode | 0o002),
+    "of another user": give_away,
+}
+
+
+@pytest.mark.parametrize("hand", OTHERS)
+def test_code_that_another_user_can_have_written_is_not_loaded(variant, hand):
+    """It is executed: a checksum can be written by anyone."""
+    cache, (sig, result), file = variant
+    OTHERS[hand](file)
+    assert loaded(cache, sig) is None
+    cache.save_overload(sig, result)
+    assert loaded(cache, sig).entry_point(1.0, 2.0) == 0.5
+    assert file.stat().st_mode & 0o777 == 0o600
+
+
+@pytest.mark.parametrize("hand", OTHERS)
+def test_a_directory_that_another_user_may_write_is_not_used(tmp_path, hand):
+    env = BARE | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    env["HPCWHIRL_PLAIN_NUMBA"] = f"{kernel_cache.PLAIN:d}"
+    python(CALL, env=env, check=True)
+    (place,) = tmp_path.iterdir()
+    assert place.stat().st_mode & 0o777 == 0o700
+    kept = sorted(place.iterdir())
+    OTHERS[hand](place)
+    done = python(CALL, env=env, check=True)
+    assert done.stdout.split() == ["0.5", "0"]
+    (line,) = done.stderr.splitlines()
+    assert f"others than its user may write {place}" in line
+    assert sorted(place.iterdir()) == kept
+
+
 def test_code_of_another_signature_is_not_taken(variant):
     cache, (sig, _), file = variant
     other = (numba.float32, *sig[1:])

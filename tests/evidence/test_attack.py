@@ -11,7 +11,8 @@ SCRIPT = Path(__file__).parents[2] / "scripts" / "evidence" / "attack.py"
 SLICE = {  # tries of each family, as evidence; work, not seconds, bounds them
     "kills": 4, "damage": 24, "toml": 40, "set": 40, "engines": 16, "names": 12,
     "measures": 12, "conditions": 40, "together": 7, "together-unlocked": 7, "disk": 3,
-    "ground": 4,
+    "ground": 4, "links": 12, "rounding": 7, "caches": 3, "styles": 3, "processors": 2,
+    "libraries": 2, "formulas": 8,
 }  # fmt: skip
 
 

@@ -338,7 +338,7 @@ BODIES = TABLE["functions"]
 BESIDE = frozenset({"x", "measure_message"})  # variables of the function's own
 
 
-def _call(place: Path, body: str, number: int, file: Path) -> Ended:
+def called(place: Path, body: str, number: int, file: Path) -> Ended:
     """Return how a campaign ended that was called with a function of this body."""
 
     def action() -> int:
@@ -364,10 +364,10 @@ def attempt_measures(shared: Specimen, chance: Chance, place: Path) -> Verdict:
     """Call a campaign with a hostile function, then with another one."""
     kind = chance.choice(list(BODIES))
     body = chance.choice(BODIES[kind])
-    wrong = fault(_call(place, body, 1, shared.file), (0,))
+    wrong = fault(called(place, body, 1, shared.file), (0,))
     wrong = wrong or differs(place / "out", shared.truth, place, BESIDE)
     if not wrong:
-        again = _call(place, body, 2, shared.file)
+        again = called(place, body, 2, shared.file)
         wrong = fault(again, (2,))
         if not wrong and "another measure" not in again.err:
             wrong = f"another one was not refused as one: {again.last}"
