@@ -31,7 +31,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import DenseBody, ModalBody
 CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this value
 
 
-@part
+@kernel
 def at_centre(hub, values):
     """Return the displacement x_o + i y_o of the shaft's centre, m, rotating frame.
 
@@ -61,7 +61,7 @@ def film_at(place, clearance):
     return across - 1.0, 1.5 * across / left
 
 
-@part
+@kernel
 def answer(give, held, moving, even, drift):
     """Return the supports' force f on the centre, N, complex, in a step.
 
@@ -84,7 +84,7 @@ def answer(give, held, moving, even, drift):
     return complex(x, (xx * rest.imag - yx * rest.real) / down)
 
 
-@part
+@kernel
 def terms_at(own, place, time):
     """Return the terms of the supports' force on the centre at a time.
 
