@@ -223,18 +223,16 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
         contact
 
     A step without contact takes 11 operations for a real amplitude of the rotor, 36 for
-    a complex one of the ring, 2 for an entry of the transform, 4 for a gap; in
-    `general` also 2 for an entry of the matrix of tips by modes. A wave takes 12 with
-    rotation, or 8 for a whole rotor, whose tips are read only near the casing. Equal
-    sectors without rotation have no transform far from the casing. A blade in contact
-    adds its rows of tips, forces and works; not counted are tips that are read without
-    contact, the search for the multipliers and further reads of a pass over modes. For
-    several points a tip see `_of_points`.
+    a complex one of the ring, 2 for an entry of the transform, 4 for a gap. A wave
+    takes 12 with rotation. Equal sectors without rotation have no transform far from
+    the casing. A blade in contact adds its rows of tips, forces and works; not counted
+    are the search for the multipliers and further reads of a pass over modes. For
+    unequal sectors and several points a tip see `_of_points`.
 
     Raises
     ------
     InputError
-        where the scheme uses neither the cyclic nor the general kernel
+        where the kernel is that of `general` and `paper`
     """
     if not isinstance(march.state, CyclicState):
         msg = "the operations are counted for rings of harmonics and rigid casings only"
@@ -244,26 +242,22 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
         return _of_points(arrays.rotor, len(state.last), touching)
     blades, rotor = len(state.last), arrays.rotor
     k, wide = cyclic.widths(blades)
-    read, rows = _rotor_rows(rotor)
     step = _turned(rotor, state) + 36 * len(state.ring) / passes.RING_STATE
     skips = isinstance(rotor, wave_types.CyclicRotor) and touching == 0.0
     split = 0.0 if skips else products(blades, span_of(blades))
-    step += 2 * FOUR * split + 4 * wide + 2 * read
-    row = rows / blades + 2 * k + 2 * wide
-    waves = isinstance(rotor, wave_types.WholeRotor | wave_types.UncoupledRotor)
-    passed = [state.rotor, state.ring, *([rotor.ahead] if waves else [])]
-    size = sum(array.nbytes for array in passed) + 8 * (FOUR * split + read)
+    step += 2 * FOUR * split + 4 * wide
+    row = 2 * k + 2 * wide
+    size = state.rotor.nbytes + state.ring.nbytes + 8 * FOUR * split
     size += ITEMS_OF_RING / passes.ITEMS * arrays.casing.items.nbytes
-    if not waves:
-        size += ITEMS_OF_ROTOR / passes.ITEMS * rotor[0].nbytes
+    size += ITEMS_OF_ROTOR / passes.ITEMS * rotor[0].nbytes
     return Counts(step + 2 * row * touching, size + 8 * row * touching)
 
 
 def _of_points(rotor: wave_types.PointsRotor, points: int, touching: float) -> Counts:
-    """Count operations and bytes of a mean step with several contact points a tip.
+    """Count operations and bytes of a mean step of both bodies as waves.
 
     rotor, points : arrays of a rotor that is integrated as waves; number of points, N
-        n_c
+        n_c for N blades with n_c points each
     touching : mean number of points in contact
 
     A wave takes 8 operations, a point 3. The four rows of a touching point take 2 for
@@ -291,26 +285,7 @@ def _turned(rotor: Any, state: CyclicState) -> float:
     """
     if isinstance(rotor, wave_types.WaveRotor):
         return 6 * int(rotor.hub.shape[1])
-    if isinstance(rotor, wave_types.WholeRotor | wave_types.UncoupledRotor):
-        return 4 * len(rotor.ahead)
     return 11 * len(state.rotor) / passes.ROTOR_STATE
-
-
-def _rotor_rows(rotor: Any) -> tuple[float, int]:
-    """Return how many entries of a rotor's matrices a step reads.
-
-    Returns the number read in every step, and the number read in addition if all blades
-    are in contact. If the rotor is integrated as waves, tips far from the casing are
-    not read.
-
-    rotor : arrays that the kernel uses for the rotor
-    """
-    if isinstance(rotor, wave_types.WholeRotor | wave_types.UncoupledRotor):
-        rows = rotor.read, rotor.push, rotor.slides, rotor.ring
-        return 0.0, sum(map(len, rows))
-    if isinstance(rotor, wave_types.GeneralRotor):
-        return len(rotor.read), len(rotor.radial) + len(rotor.tangential)
-    return 0.0, 0
 
 
 def table(rows: Sequence[Row]) -> list[list[str]]:

@@ -14,22 +14,24 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
   which no coefficient depends on the position of the blades: one real transform of N
   points gives all gaps of both bodies, its conjugate all modal forces. It is used if
   the rotor is cyclic, the ring has harmonics and N >= 3. For unequal sectors, and fewer
-  than three, it integrates waves of the whole rotor and the same ring; without rotation
-  each mode is a wave (`mode_waves`). A bound of the tips' motion in a step tells which
-  tips must be computed, and a blade in contact costs only the products of its own rows.
-  `general` serves all other models. A step reads and writes each amplitude once: the
-  contribution of contact, which is known only after all blades are predicted, is stored
-  as a spectrum until the next pass. Vector operations are explicit, so that sums and
-  products are rounded in the same way on every machine. The active blades stay the same
-  in 98 of 100 steps: the inverse of their part of the Delassus matrix is kept, and for
-  more than 24 blades updated as blades enter and leave. Gaps are not computed in steps
-  in which none can close, since the spectrum has not changed enough.
-- `general` integrates the rotor's real modes one by one, and the ring as `modal` does:
-  in the rotating frame the ring is the same at every angle for any rotor, so that W is
-  constant, though not circulant, and its inverse can be kept. The tips are a product of
-  N m terms in each step; modal forces are summed only over the blades in contact. A
-  ring of elements is not the same at every angle in any frame: with it, the modes of
-  both bodies are integrated, and the positions of the blades updated in every step.
+  than three, for several contact points a tip, and for supports that differ by
+  direction or have a film, it integrates waves of both bodies (`kernels.points`). There
+  a bound of the tips' motion in a step tells which tips must be computed, and a blade
+  in contact costs only the products of its rows. What is special about a scene is a
+  term of this loop: the circle of an unbalance is a wave that stays, a lost blade a gap
+  that never closes, and the force of such supports acts on the waves that move the
+  centre. `general` serves all other models. For equal sectors a step reads and writes
+  each amplitude once: the contribution of contact, which is known only after all blades
+  are predicted, is stored as a spectrum until the next pass. Vector operations are
+  explicit, so that sums and products are rounded in the same way on every machine. The
+  active blades stay the same in 98 of 100 steps: the inverse of their part of the
+  Delassus matrix is kept, and for more than 24 blades updated as blades enter and
+  leave. Gaps are not computed in steps in which none can close, since the spectrum has
+  not changed enough.
+- `general` integrates the modes of both bodies one by one, the casing's in the static
+  frame, and updates the positions of the blades in every step: anything, slowly. It is
+  the only one for a ring of elements, which is not the same at every angle in any
+  frame, for a layer that wears, and for modes that do not oscillate.
 - `exact` is the kernel of `modal` with the coefficients of each mode's exact flow in
   q and d = q_n - q_{n-1}, which loses no digits on slow modes. Contact is an impulse at
   the beginning of a step, such that no blade penetrates at its end. Away from contact
@@ -43,8 +45,9 @@ then integrate waves, forward and backward ones separately, each a complex ampli
 that is multiplied by a complex number in each step (`turning_waves`): waves of central
 differences, or of the exact flow, which jumps. One loop serves modes and waves; the
 type of the rotor chooses the functions it calls (`kernels.compiled.verb`). Waves of the
-whole rotor are coupled then (`whole_waves`). `general` and `paper` integrate blocks or
-matrices, and `general` takes over from `modal` if waves nearly coincide.
+whole rotor are coupled then (`whole_waves`); otherwise each mode is a wave
+(`mode_waves`). `general` and `paper` integrate blocks or matrices, and `general` takes
+over from `modal` if waves nearly coincide.
 
 If the sum of all amplitudes is below the gap and every mode has damping and stiffness,
 contact cannot recur: this is the certificate. It is stored with its time and bound, and

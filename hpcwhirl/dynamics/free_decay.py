@@ -53,7 +53,7 @@ class _Motion(NamedTuple):
         return self.rotor.energies(rotor), self.ring.energies(ring)
 
 
-class _Start(NamedTuple):
+class Start(NamedTuple):
     """State of a march at the step from which it continues in closed form.
 
     Attributes
@@ -68,6 +68,19 @@ class _Start(NamedTuple):
     row: Floats
     impulse: float
     blades: Floats
+
+    @classmethod
+    def of(cls, state: CyclicState, tracks: Tracks) -> Start:
+        """Return what a march is at a step with a row of evidence.
+
+        state, tracks : of the march, which has just written this row
+        """
+        return cls(
+            int(state.counter[contact.STEP]),
+            tracks.evidence[state.counter[contact.JUDGED] - 1].copy(),
+            float(state.ledger[contact.IMPULSE]),
+            state.impulse.copy(),
+        )
 
     @property
     def to_lose(self) -> float:
@@ -150,12 +163,7 @@ class FreeDecay:
         """
         motion, counter = self.motion(state), state.counter
         settled = self.ended(state)
-        start = _Start(
-            int(counter[contact.STEP]),
-            tracks.evidence[counter[contact.JUDGED] - 1].copy(),
-            float(state.ledger[contact.IMPULSE]),
-            state.impulse.copy(),
-        )
+        start = Start.of(state, tracks)
         for slot, stride, write in (
             (contact.SAMPLE, strides.traces, self._keep),
             (contact.JUDGED, strides.evidence, self._judge),
@@ -180,7 +188,7 @@ class FreeDecay:
         return np.asarray((motion.parts(z)[0] @ swing).real)
 
     def _judge(
-        self, motion: _Motion, z: Complexes, _: Integers, start: _Start,
+        self, motion: _Motion, z: Complexes, _: Integers, start: Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
         """Write the rows of evidence of a free motion to `tracks`, in closed form.
@@ -198,7 +206,7 @@ class FreeDecay:
         rows[:, contact.WAS_LOST] = start.to_lose - (rotor + ring)
 
     def _keep(
-        self, motion: _Motion, z: Complexes, steps: Integers, start: _Start,
+        self, motion: _Motion, z: Complexes, steps: Integers, start: Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
         """Write the samples of the traces of a free motion to `tracks`, in closed form.

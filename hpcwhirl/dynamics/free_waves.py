@@ -14,14 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
-from hpcwhirl.dynamics.flights import all_die_out, die_out
+from hpcwhirl.dynamics.flights import all_die_out
 from hpcwhirl.dynamics.free_modes import FreeModes, flushed
 from hpcwhirl.dynamics.kernels import passes, waves
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays
-from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WaveRotor, WholeRotor
+from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 from hpcwhirl.dynamics.turning_waves import unpacked
-from hpcwhirl.dynamics.whole_waves import unpacked_form
 
 
 @dataclass(frozen=True)
@@ -34,12 +33,12 @@ class WavesMotion:
     ----------
     most : (waves,), bounds of |a| at all later steps
     amplitudes : (waves,), a_0 at the start, n = 0
-    body : the waves, by nodal diameter or of a rotor of unequal sectors
+    body : the waves, by nodal diameter
     """
 
     most: Floats
     amplitudes: Complexes
-    body: FreeWaves | FreeWhole
+    body: FreeWaves
 
     def places(self, z: Complexes) -> Complexes:
         """Return the complex amplitudes a = z^n a_0 of the waves at some samples.
@@ -160,87 +159,6 @@ class FreeWaves:
         return WavesMotion(np.abs(a), a, self)
 
 
-class FreeWhole:
-    """Waves of a rotor of unequal sectors, as they are stored by the kernel `whole`.
-
-    Attributes
-    ----------
-    own : (waves,), indices of the waves among the kernel's complex amplitudes
-    log, radius, decays, seen : as in `FreeWaves`
-    form : (2 waves, 2 waves), J: energy q^T form q, q all re, then all im of the
-        amplitudes; of an `UncoupledRotor` (3, waves), factors of re^2, 2 re im, im^2
-    """
-
-    seen = 1
-
-    def __init__(self, rotor: WholeRotor | UncoupledRotor) -> None:
-        self.half = len(rotor.drift)
-        ahead = complex_rows(rotor.ahead, self.half)[0]
-        push, read = (tip_rows_of(rotor, r) for r in (rotor.push, rotor.radial))
-        self.own = np.flatnonzero(np.vstack([ahead, push, read]).any(axis=0))
-        self.decays = die_out(ahead, push)
-        self.log = np.log1p(ahead[self.own])
-        self.radius = np.exp(self.log.real)
-        if isinstance(rotor, UncoupledRotor):
-            self.form = rotor.form.reshape(3, -1)[:, self.own]
-            return
-        places = np.concatenate([self.own, self.half + self.own])
-        self.form = unpacked_form(rotor.form, 2 * self.half)[np.ix_(places, places)]
-
-    def energies(self, a: Complexes) -> Floats:
-        """Return the rotor's energy at some samples, (samples,), J.
-
-        a : (samples, waves), complex amplitudes
-        """
-        if len(self.form) == 3:
-            squares = a.real**2, 2 * a.real * a.imag, a.imag**2
-            return np.asarray(
-                sum(s @ f for s, f in zip(squares, self.form, strict=True))
-            )
-        q = np.hstack([a.real, a.imag])
-        return np.asarray(((q @ self.form) * q).sum(axis=1))
-
-    def write(self, past: Complexes, state: Floats, _: int) -> None:
-        """Write the amplitudes of waves to a kernel's state.
-
-        past : (1, waves), complex amplitudes at the present step
-        state : state of the rotor in the kernel `whole`, set here
-        """
-        state[self.own] = flushed(past[0].real)
-        state[self.half + self.own] = flushed(past[0].imag)
-
-    def motion(self, state: Floats, _: int) -> WavesMotion:
-        """Return the free motion that starts from a kernel's state.
-
-        state : state of the rotor, after the last step's contact forces
-        """
-        a = state[self.own] + 1j * state[self.half + self.own]
-        return WavesMotion(np.abs(a), a, self)
-
-
-def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
-    """Return displacements of tips for unit complex amplitudes, (r, waves).
-
-    The displacements are Re(conj(row) a), a the amplitudes.
-
-    rows : the same coefficients as the kernel stores them, flat and real, such as
-        `WholeRotor.read`
-    """
-    if isinstance(rotor, UncoupledRotor):  # of real parts alone
-        return rows.reshape(-1, len(rotor.drift)).astype(np.complex128)
-    return complex_rows(rows, len(rotor.drift))
-
-
-def complex_rows(parts: Floats, half: int) -> Complexes:
-    """Return complex coefficients of waves, (r, half), from a kernel's real ones.
-
-    parts : flat, r rows, of which each has `half` real parts, then `half` imaginary
-        parts
-    """
-    rows = parts.reshape(-1, 2, half)
-    return np.asarray(rows[:, 0] + 1j * rows[:, 1])
-
-
 class Shapes(NamedTuple):
     """Displacements of a rotor's tips and centre, m, for complex amplitudes q.
 
@@ -262,7 +180,7 @@ class Shapes(NamedTuple):
 
 def free_rotor(
     arrays: Arrays, blades: int, step: float
-) -> tuple[FreeModes | FreeWaves | FreeWhole, Shapes]:
+) -> tuple[FreeModes | FreeWaves, Shapes]:
     """Return a rotor's law of free motion, and its tips' and centre's displacements.
 
     Parameters
@@ -271,10 +189,7 @@ def free_rotor(
     blades : number of blades that are integrated
     step : dt, s
     """
-    body: FreeModes | FreeWaves | FreeWhole
-    if isinstance(arrays.rotor, WholeRotor | UncoupledRotor):
-        body = FreeWhole(arrays.rotor)
-        return body, _chosen(_whole(arrays.rotor), body.own)
+    body: FreeModes | FreeWaves
     slots, _ = widths(blades)
     if isinstance(arrays.rotor, WaveRotor):
         body = FreeWaves(arrays.rotor, slots)
@@ -294,12 +209,6 @@ def free_rotor(
     hub = (axes[:, :, 0] + 1j * axes[:, :, 1]).reshape(2, -1)
     shapes = Shapes(-radial * turned, -along * turned, hub, np.abs(radial)[None])
     return body, _chosen(shapes, body.own)
-
-
-def _whole(rotor: WholeRotor | UncoupledRotor) -> Shapes:
-    read = rotor.radial, rotor.tangential, rotor.hub
-    radial, along, hub = (tip_rows_of(rotor, rows) for rows in read)
-    return Shapes(-radial.conj(), -along.conj(), hub, np.abs(radial))
 
 
 def _chosen(shapes: Shapes, own: Indices) -> Shapes:

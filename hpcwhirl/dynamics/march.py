@@ -22,16 +22,17 @@ from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
 from hpcwhirl.dynamics.casing import wall_of
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
+from hpcwhirl.dynamics.free_points import FreePoints
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Strides, Tracks
-from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor
 from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.operators import friction_with_sign, rods_of
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.by_sectors import folds_well
 from hpcwhirl.dynamics.schemes.rotating_frame import RotatingFrame
+from hpcwhirl.dynamics.schemes.several_points import BothAsWaves
 from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
 from hpcwhirl.errors import InputError
@@ -178,23 +179,26 @@ class March:
             target[...] = array
         self.recall()
 
-    def _coast(self) -> FreeDecay | None:
+    def _coast(self) -> FreeDecay | FreePoints | None:
         """Return the object that finds certificates and the motion after them, or None.
 
         None if the plan of the case seeks no certificate, or if there is no closed form
-        for this scheme, for a rotor with a mode that does not oscillate, or for a
-        changing speed.
+        for this scheme or for a changing speed.
         """
         scene, scheme = self.lean.scene, self.scheme
-        if not isinstance(scheme, RotatingFrame) or not self.case.plan.settles:
+        if not isinstance(scheme, RotatingFrame | BothAsWaves):
             return None
-        if isinstance(scheme.arrays.rotor, GeneralRotor):  # a mode does not oscillate
+        if not self.case.plan.settles:
             return None
         if law_of(scene) is not None:  # its closed form is that of a constant speed
             return None
         first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
         self._look_after(max(first if scene.is_loaded else 1, self.let_go + 1))
-        coast = FreeDecay(scheme)
+        coast: FreeDecay | FreePoints
+        if isinstance(scheme, BothAsWaves):
+            coast = FreePoints(scheme.reads, scheme.arrays)
+        else:
+            coast = FreeDecay(scheme)
         return coast if coast.possible else None
 
     def _watch(self) -> None:

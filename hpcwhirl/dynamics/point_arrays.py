@@ -1,56 +1,65 @@
 """Constant arrays of the kernel `points`, from the waves of both bodies.
 
-Tips have several contact points each; rotor and casing are waves, see `point_waves`.
+Tips have one or several contact points each; rotor and casing are waves, see
+`point_waves`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.casing import wall_of
+from hpcwhirl.dynamics.kernels.bodies import NOWHERE
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
-from hpcwhirl.dynamics.kernels.vectors import all_aligned
+from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
 from hpcwhirl.dynamics.kernels.wave_types import (
+    FORCES,
     PointRows,
     PointsContact,
+    PointsEnergy,
     PointsRotor,
     SectorRows,
 )
+from hpcwhirl.dynamics.kernels.whole import ROW
 from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
 from hpcwhirl.dynamics.point_sectors import (
     FEWEST,
     SAME,
     BladeRows,
+    Slots,
     diameters_of,
     sector_rows,
     slots_of,
 )
-from hpcwhirl.dynamics.point_waves import PointWaves, real_rows
+from hpcwhirl.dynamics.point_supports import support_arrays
+from hpcwhirl.dynamics.point_waves import PointWaves, has_sectors, real_rows
 from hpcwhirl.dynamics.slots import ring_modes
 from hpcwhirl.dynamics.whole_waves import drift_of, padded_blades
+from hpcwhirl.errors import ModelError
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.structure import FourierOperator
 
 
-def _rows_of_casing(model: Model, angle: float) -> tuple[Floats, Floats]:
+def _rows_of_casing(model: Model) -> tuple[Floats, Floats]:
     """Return the casing's radial and tangential displacements w, u at contact points.
 
     They are (points, m) each, for unit amplitudes of its m modes; of a rigid casing
-    (points, 0).
-
-    angle : rad, of blade 0
+    (points, 0). Blade 0 is at angle 0.
     """
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         none = np.zeros((model.contacts, 0))
         return none, none
-    rows = model.ring.rows(angle + model.angles, model.stations)
+    rows = model.ring.rows(model.angles, model.stations)
     w, u = (row @ model.casing.shapes for row in rows)
     return w, u
 
@@ -72,7 +81,7 @@ def _pulse_rows(model: Model, scene: Scene) -> Floats:
 
 
 @dataclass(frozen=True)
-class _Reads:
+class Reads:
     """Factors between amplitudes of waves, motion of contact points, and forces.
 
     There are P contact points and m modes of a body. Motions are from step n - 1 to
@@ -85,10 +94,12 @@ class _Reads:
         the casing relative to the tip along the rotation
     w, u : (P, m), for unit modes of the casing: its radial displacement w, which is the
         change of the gaps, and its displacement u along the rotation
-    past : (P, m), w at the angles that the points had two steps before
-    forces : (m, P + 2) of each body: modal forces of unit multipliers with friction,
-        and of the pulse's cos and sin
+    turn : rad, by which the rotor turns in a step
+    hub : (2, m), x_o, y_o for unit modes of the rotor
+    forces : (m, P + FORCES) of each body: modal forces of unit multipliers with
+        friction, of the pulse's cos and sin, and of a force on the centre, x and y
     friction : mu, with the sign of the speed
+    slots : where the kernel has the waves of equal sectors; None: of unequal ones
     """
 
     waves: PointWaves
@@ -96,9 +107,11 @@ class _Reads:
     side: Floats
     w: Floats
     u: Floats
-    past: Floats
+    turn: float
+    hub: Floats
     forces: tuple[Floats, Floats]
     friction: float
+    slots: Slots | None = None
 
     def read(self, rotor: Floats, casing: Floats) -> Complexes:
         """Return r displacements for unit amplitudes of the waves, (r, waves).
@@ -106,24 +119,31 @@ class _Reads:
         rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """
         b, c = self.waves.rotor, self.waves.casing
-        return np.hstack([rotor @ b.shapes, casing @ c.shapes])
+        steady = rotor @ self.waves.steady.shapes
+        return np.hstack([rotor @ b.shapes, casing @ c.shapes, steady])
+
+    def at_centre(self) -> Complexes:
+        """Return x_o and y_o for unit amplitudes of the waves, (2, waves)."""
+        return self.read(self.hub, np.zeros((2, self.w.shape[1])))
 
     def moved(self, rotor: Floats, casing: Floats) -> Complexes:
         """Return how r displacements change from step n - 1 to n + 1, (r, waves).
 
         The change is for free motion (without contact forces) that has a unit amplitude
         at step n + 1, and for fixed points of the bodies: the turn of the frame is left
-        out. The works of contact forces need it.
+        out. The works of contact forces need it, which are those on the motion that
+        contact causes: the steady motion of an unbalanced rotor has no part in them.
 
         rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """
         b, c = self.waves.rotor, self.waves.casing
-        return np.hstack([rotor @ b.moves, casing @ c.moves])
+        none = np.zeros((len(rotor), len(self.waves.steady.ahead)))
+        return np.hstack([rotor @ b.moves, casing @ c.moves, none])
 
     def change(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return the change of r displacements in a step by unit forces, (r, P + 2).
+        """Return the change of r displacements in a step by unit forces, (r, P + F).
 
-        The forces are the multipliers with their friction, and the pulse's cos and sin.
+        The forces are the multipliers with their friction, and the F = `FORCES` others.
 
         rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """
@@ -140,8 +160,8 @@ class _Reads:
 
         rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """
-        points = len(self.out)
-        extra = padded_blades(points + 2) - points - 2
+        forces = len(self.out) + FORCES
+        extra = padded_blades(forces) - forces
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
 
     def long(self, rotor: Floats, casing: Floats) -> Floats:
@@ -160,57 +180,115 @@ class _Reads:
 
         The motion between is free; the points are at the casing's angle of step n - 1.
         """
-        b, c = self.waves.rotor, self.waves.casing
-        return np.hstack(
-            [self.out @ (b.shapes - b.moves), self.past @ (c.shapes - c.moves)]
-        )
+        b, steady = self.waves.rotor, self.waves.steady
+        return np.hstack([
+            self.out @ (b.shapes - b.moves),
+            self.stood * np.exp(-2j * self.turn * self.waves.casing.spins),
+            self.out @ steady.past,
+        ])  # fmt: skip
+
+    @cached_property
+    def stood(self) -> Complexes:
+        """Casing's part of the gaps at step n - 1, (P, waves of the casing).
+
+        It is that for unit amplitudes at step n + 1, at the points' angles of that
+        step. A wave of spin h is e^{i h theta} along the circumference.
+        """
+        casing = self.waves.casing
+        return np.asarray(self.w @ (casing.shapes - casing.moves))
+
+    def flat_before(self) -> Floats:
+        """Return `before` as the kernel has it, flat: by point, or by slot."""
+        before = self.before()
+        if self.slots is None:
+            return self.waves.spread(before).ravel()
+        each = len(before) // self.slots.blades
+        return self.slots.laid(before[:each], self.slots.single + 2 * self.slots.pairs)
+
+    def flat_turned(self) -> Floats:
+        """Return how the turn of the frame in two steps changes gaps, for the kernel.
+
+        See `PointRows.turned`; the casing and the steady motion have the first waves.
+        """
+        casing, steady = self.waves.casing, self.waves.steady
+        own, beside = self.waves.apart[0], len(steady.ahead)
+        rows = np.hstack([
+            self.stood * np.expm1(-2j * self.turn * casing.spins),
+            self.out @ (steady.past - steady.shapes),
+        ])  # fmt: skip
+        first = len(casing.ahead) + beside
+        if len(own) and own.min() < first:
+            msg = "the casing's amplitudes must come first"
+            raise ModelError(msg)
+        wide = np.zeros((len(rows), 2, _padded(first)))
+        wide[:, 0, :first], wide[:, 1, :first] = rows.real, -rows.imag
+        return wide.ravel()
 
     def push(self) -> Complexes:
-        """Return the change of the waves' amplitudes by unit forces, (P + 2, waves).
+        """Return the change of the waves' amplitudes by unit forces, (P + F, waves).
 
-        The forces are the multipliers with their friction, and the pulse's cos and sin.
+        The forces are the multipliers with their friction, and the F = `FORCES` others.
         """
         bodies = self.waves.rotor, self.waves.casing
-        given = (b.gives @ f for b, f in zip(bodies, self.forces, strict=True))
-        return np.hstack([one.T for one in given])
+        given = [b.gives @ f for b, f in zip(bodies, self.forces, strict=True)]
+        none = np.zeros((len(self.waves.steady.ahead), given[0].shape[1]))
+        return np.vstack([*given, none]).T
 
     def ahead(self) -> tuple[Floats, Floats, Floats]:
         """Return the step's factors z - 1 of all waves, and two bounds of gaps' motion.
 
         z - 1 is re, then im, (2 half,). The bounds hold for the motion of any gap in a
-        step: per unit amplitude, (half,), and per unit multiplier, (P,).
+        step: per unit amplitude, (half,), and per unit force, (P + FORCES,).
         """
         waves = self.waves
-        turned = np.append(waves.rotor.ahead, waves.casing.ahead)
+        bodies = waves.rotor, waves.casing, waves.steady
+        turned = np.concatenate([body.ahead for body in bodies])
         most = drift_of(self.read(self.out, self.w), turned)
         ahead, drift = (np.zeros(waves.half, dtype=t) for t in (complex, float))
         ahead[waves.index], drift[waves.index] = turned, most
-        rush = np.abs(self.push()[: len(self.out)]) @ most
+        rush = np.abs(self.push()) @ most
         return np.append(ahead.real, ahead.imag), drift, rush
 
+    def bounds(self) -> Floats:
+        """Return bounds of motion of points by unit forces on the centre, (2, 2).
+
+        In m/N: of the motion in the step in which the forces act, and of what they add
+        to the motion in any later step.
+        """
+        moved = self.change(self.out, self.w)[:, -2:]
+        return np.stack([np.abs(moved).max(axis=0), self.ahead()[2][-2:]])
+
     def rows(self) -> PointRows:
-        """Return the kernel's coefficients for unequal sectors, a row a point."""
-        points = len(self.out)
+        """Return the kernel's coefficients for unequal sectors, a row a point.
+
+        The rows that give the gaps end with the last amplitude that moves a point.
+        """
+        points, read = len(self.out), self.waves.spread(self.read(self.out, self.w))
+        last = int(np.flatnonzero(read.any(axis=0)).max(initial=0)) + 1
         rows = (
-            self.waves.spread(self.read(self.out, self.w)),
-            self.waves.spread(self.before()),
+            read[:, : _padded(last)], self.flat_before(), self.flat_turned(),
             self.waves.spread(self.push()[:points].conj()),
             self.long(self.out, self.w), self.long(self.side, self.u),
         )  # fmt: skip
         return PointRows._make(all_aligned([np.ravel(array) for array in rows]))
 
-    def by_slots(self, blades: int) -> tuple[_Reads, SectorRows] | None:
+    def by_slots(self, blades: int, *, equal: bool) -> tuple[Reads, SectorRows] | None:
         """Return a copy with waves by nodal diameter, and the kernel's coefficients.
 
         They are those for equal sectors. The result is None if the sectors are unequal,
         or fewer than `FEWEST`. Waves of nodal diameter below 0 are replaced by their
         conjugates.
+
+        blades : N
+        equal : whether the sectors may be equal, see `point_waves.has_sectors`
         """
-        if blades < FEWEST:
+        if blades < FEWEST or not equal:
             return None
         points, both = len(self.out), self._told()
         back = diameters_of(both, blades) < 0
-        own, beside = np.split(back, [len(self.waves.rotor.ahead)])
+        bodies = self.waves.rotor, self.waves.casing
+        ends = np.cumsum([len(body.ahead) for body in bodies])
+        own, beside, _ = np.split(back, ends)
         waves = replace(
             self.waves,
             rotor=self.waves.rotor.conjugated(own),
@@ -232,7 +310,7 @@ class _Reads:
             turned.before()[:each], push[:each], move, self.friction,
         )  # fmt: skip
         slots = slots_of(blades, diameter, blade)
-        first, second = np.split(diameter, [len(own)])
+        first, second, _ = np.split(diameter, ends)
         placed = replace(
             waves,
             rotor=waves.rotor.apart(first),
@@ -242,7 +320,7 @@ class _Reads:
         )
         numbers = self.numbers(self.out, self.w), self.numbers(self.side, self.u)
         rows = sector_rows(slots, blade, numbers)
-        return replace(turned, waves=placed), rows
+        return replace(turned, waves=placed, slots=slots), rows
 
     def _told(self) -> Complexes:
         """Return gaps and tangential motion of all contact points for unit waves.
@@ -272,7 +350,11 @@ class _Reads:
             if miss > SAME * np.abs(body.moves).max(initial=0.0):
                 return None
             out.append(factor)
-        return np.concatenate(out)
+        return np.concatenate([*out, np.zeros(len(self.waves.steady.ahead))])
+
+
+def _padded(size: int) -> int:
+    return -(-size // ROW) * ROW
 
 
 def _is_turned(rows: Complexes, diameter: Integers, blades: int) -> bool:
@@ -290,42 +372,95 @@ def _is_turned(rows: Complexes, diameter: Integers, blades: int) -> bool:
     return bool((miss <= SAME * np.abs(rows).max()).all())
 
 
-def point_arrays(
-    model: Model, scene: Scene, waves: PointWaves
-) -> tuple[Arrays, PointWaves]:
-    """Return the arrays of `kernels.points.march_points`, and the waves they use.
+def reads_of(model: Model, scene: Scene, waves: PointWaves) -> Reads:
+    """Return the factors between amplitudes, motion of contact points, and forces.
 
-    waves : waves of both bodies; for equal sectors the result has them by nodal
+    A lost blade moves no point, and no force on it moves the rotor.
+
+    waves : waves of both bodies
+    """
+    mu, lost = friction_with_sign(scene), scene.engine.rotor.lost_blade
+    out, side = (-rows for rows in waves.rows)
+    if lost != NO_BLADE:
+        out[lost] = side[lost] = 0.0
+    w, u = _rows_of_casing(model)
+    turn = scene.speed * scene.solver.time_step
+    kick, hub = _pulse_rows(model, scene), centre_rows(model.rotor, model.blades)
+    none, still = np.zeros_like(hub), np.zeros((2, w.shape[1]))
+    forces = (
+        np.vstack([out + mu * side, none, hub]).T,
+        np.vstack([w + mu * u, kick, still]).T,
+    )
+    return Reads(waves, out, side, w, u, turn, hub, forces, mu)
+
+
+def point_arrays(model: Model, scene: Scene, waves: PointWaves) -> tuple[Arrays, Reads]:
+    """Return the arrays of `kernels.points.march_points`, and what they are made of.
+
+    waves : waves of both bodies; for equal sectors those of the result are by nodal
         diameter
     """
-    mu, hub = friction_with_sign(scene), centre_rows(model.rotor, model.blades)
-    out, side = (-rows for rows in waves.rows)
-    w, u = _rows_of_casing(model, 0.0)
-    past, _ = _rows_of_casing(model, -2.0 * scene.speed * scene.solver.time_step)
-    kick, still = _pulse_rows(model, scene), np.zeros_like(w)
-    none = np.zeros((2, out.shape[1]))
-    forces = np.vstack([out + mu * side, none]).T, np.vstack([w + mu * u, kick]).T
-    own = _Reads(waves, out, side, w, u, past, forces, mu)
-    found = own.by_slots(model.blades)
+    own = reads_of(model, scene, waves)
+    found = own.by_slots(model.blades, equal=has_sectors(model))
     own, rows = (own, own.rows()) if found is None else found
     waves, points = own.waves, model.contacts
-    reach, shapes = np.zeros(waves.half), waves.rotor.shapes
-    farthest = (np.abs(rows @ shapes).max(axis=0) for rows in (out, side))
-    reach[waves.index[: shapes.shape[1]]] = np.hypot(*farthest)
-    steps = own.ahead()
-    spread = waves.spread
+    still, kick = np.zeros_like(own.w), _pulse_rows(model, scene)
+    none, reach = np.zeros((2, own.out.shape[1])), np.zeros(waves.half)
+    outward, along = (own.read(-rows, still) for rows in (own.out, own.side))
+    reach[waves.index] = np.hypot(np.abs(outward), np.abs(along)).max(axis=0)
+    (steps, drift, rush), spread = own.ahead(), waves.spread
     flat = (
-        *steps, spread(own.push()[points:].conj()), own.long(none, kick),
-        spread(own.read(-out, still)), spread(own.read(-side, still)),
-        spread(own.read(hub, still[:2])), reach,
+        steps, drift, rush[:points], spread(own.push()[points : points + 2].conj()),
+        own.long(none, kick),
+        spread(outward), spread(along), spread(own.at_centre()), reach,
     )  # fmt: skip
     first, second, third, *rest = all_aligned([np.ravel(array) for array in flat])
-    rotor = PointsRotor._make(
-        [first, second, third, rows, *rest, *_entries(waves), *_casing_entries(waves)]
-    )
-    w_of_both = np.ascontiguousarray(own.change(out, w)[:, :points])
+    rotor = PointsRotor._make([
+        first, second, third, rows, *rest, _energy(waves), *_casing_entries(waves),
+        support_arrays(model, scene, waves, own.hub, own.bounds()),
+    ])  # fmt: skip
+    w_of_both = np.ascontiguousarray(own.change(own.out, own.w)[:, :points])
     loading = Load(scene.force, scene.pulse, kick[0])
-    return Arrays(loading, rotor, (), _contact(model, scene, w_of_both)), waves
+    return Arrays(loading, rotor, (), _contact(model, scene, w_of_both)), own
+
+
+class TurningCasing:
+    """The kernel's coefficients of a casing that turns by a changing angle in a step.
+
+    Those of a rotor without terms of rotation do not depend on the speed.
+
+    rotor : the kernel's arrays, of which those of the casing are changed
+    own : what they were made of
+    """
+
+    def __init__(self, rotor: PointsRotor, own: Reads) -> None:
+        waves = own.waves
+        self.rotor, self.own, self.place = rotor, own, waves.apart[1]
+        size, points = len(waves.rotor.ahead), len(own.out)
+        mine = slice(size, size + len(self.place))
+        self.stood = own.stood
+        self.gaps = own.read(own.out, own.w)[:, mine]
+        self.pushed = np.abs(own.push()[:points, mine])
+        self.rush = rotor.rush - self.pushed @ rotor.drift[self.place]
+
+    def set(self, turn: float) -> None:
+        """Set the coefficients to those of a turn in a step, rad."""
+        rotor, place, half = self.rotor, self.place, self.own.waves.half
+        ahead = self.own.waves.casing.turned(turn).ahead
+        rotor.ahead[place], rotor.ahead[half + place] = ahead.real, ahead.imag
+        rotor.drift[place] = drift_of(self.gaps, ahead)
+        rotor.rush[:] = self.rush + self.pushed @ rotor.drift[place]
+        rows, spins = rotor.rows, self.own.waves.casing.spins
+        if not isinstance(rows, PointRows):
+            rows.before[:] = replace(self.own, turn=turn).flat_before()
+            return
+        points, back = len(self.gaps), -2j * turn * spins
+        for flat, factor in (
+            (rows.before, np.exp(back)),
+            (rows.turned, np.expm1(back)),
+        ):
+            parts, values = flat.reshape(points, 2, -1), self.stood * factor
+            parts[:, 0, place], parts[:, 1, place] = values.real, -values.imag
 
 
 def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
@@ -333,28 +468,43 @@ def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
     orders = wall_of(model, scene).orders
     phases = np.multiply.outer(orders, model.angles[chosen])
     waves = np.stack([np.cos(phases), np.sin(phases)], axis=1)
-    return PointsContact(
-        compliance, *all_aligned([model.clearances(0.0)[chosen], waves.ravel()])
-    )
+    clear, lost = model.clearances(0.0), scene.engine.rotor.lost_blade
+    if lost != NO_BLADE:
+        clear[lost] = NOWHERE
+    return PointsContact(compliance, *all_aligned([clear[chosen], waves.ravel()]))
 
 
-def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
-    """Return the energy of both bodies as a sum of products of two amplitudes.
-
-    The results are the indices of the pairs of amplitudes, (p, 2), their coefficients,
-    (p,), J, and the number of those of the rotor, which come first. Products with
-    coefficient 0 are left out.
+def _energy(waves: PointWaves) -> PointsEnergy:
+    """Return the energy of both bodies, in blocks of amplitudes that it couples.
 
     waves : waves of both bodies
     """
-    pairs, values, count = [], [], []
+    sizes, which, form, count = [0], [], [], []
     for place, body in zip(waves.places(), (waves.rotor, waves.casing), strict=True):
         upper = np.triu(body.form) + np.triu(body.form, 1)
-        rows, columns = np.nonzero(upper)
-        pairs.append(np.column_stack([place[rows], place[columns]]))
-        values.append(upper[rows, columns])
-        count.append(len(rows))
-    return np.vstack(pairs).astype(np.int64), np.concatenate(values), count[0]
+        for own in _coupled(upper):
+            size = -(-len(own) // FOUR) * FOUR
+            part = np.zeros((size, size))
+            part[: len(own), : len(own)] = upper[np.ix_(own, own)]
+            which.append(np.pad(place[own], (0, size - len(own))))
+            form += [row[i - i % FOUR :] for i, row in enumerate(part)]
+            sizes.append(size)
+        count.append(len(which))
+    none = np.zeros(0, np.int64)
+    arrays = np.cumsum(sizes), np.concatenate([none, *which]).astype(np.int64)
+    return PointsEnergy(*arrays, np.concatenate([np.zeros(0), *form]), count[0])
+
+
+def _coupled(form: Floats) -> list[Integers]:
+    """Return the sets of amplitudes, (n,) indices each, that a form's products couple.
+
+    Those without a product are left out.
+    """
+    count, label = connected_components(form != 0.0, directed=False)
+    used = np.flatnonzero((form != 0.0).any(axis=0) | (form != 0.0).any(axis=1))
+    order = used[np.argsort(label[used], kind="stable")]
+    parts = np.split(order, np.searchsorted(label[order], np.arange(1, count)))
+    return [np.sort(part) for part in parts if len(part)]
 
 
 def _casing_entries(waves: PointWaves) -> tuple[Integers, Floats]:

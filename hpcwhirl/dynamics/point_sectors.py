@@ -335,7 +335,7 @@ def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
     diameter, blade : (waves,), nodal diameter of each wave; motion of blade 0's points
     """
     other, plain = np.full(len(diameter), -1), blade.by_rows()
-    moving = np.abs(blade.read).max(axis=0) > 0.0
+    moving = (np.abs(blade.read).max(axis=0) > 0.0) & (blade.gives() != 0.0)
     for i in np.flatnonzero(plain & moving).tolist():
         free = plain & moving & (diameter == diameter[i]) & (other < 0)
         others = np.flatnonzero(free)

@@ -1,10 +1,14 @@
-"""Rotor and casing as waves of the rotating frame, for several points a tip.
+"""Rotor and casing as waves of the rotating frame, for one or several points a tip.
 
 A pair of modes of the casing, q_c and q_s of harmonic h, is Y = q_c - i q_s = a +
 conj(b) in the rotating frame. A step without forces multiplies a by z e^{i h Omega dt},
 b by z e^{-i h Omega dt}; z is that of `mode_waves`. The two modes have the waves a + b
 and i (a - b), which give their displacements, and their increments, which are those of
 the material.
+
+The steady motion of an unbalanced rotor without contact is given by further waves,
+which no force changes: one that is constant in the rotating frame, and where supports
+differ by direction others that turn by 2 Omega dt in a step, see `case.unbalance`.
 """
 
 from __future__ import annotations
@@ -17,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
-from hpcwhirl.dynamics.kernels.whole import EIGHT
+from hpcwhirl.case.unbalance import circle, swing
+from hpcwhirl.dynamics.kernels.whole import ROW
 from hpcwhirl.dynamics.mode_waves import ModeWaves, mode_waves
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.point_sectors import nearly_equal, travelling, with_conjugates
@@ -48,7 +53,9 @@ class BodyWaves:
     Attributes
     ----------
     step : dt, s
-    ahead : (w,), z - 1: a step without forces multiplies an amplitude by z
+    still, spins : (w,), z_0 - 1 and h: a step without forces multiplies an amplitude by
+        z = z_0 e^{i h alpha}, where the body turns by alpha in the frame of the blades
+    ahead : (w,), z - 1
     shapes, rises, moves : (m, w), for unit amplitudes of the waves: displacements x_n
         of the modes, their increments d' = x_n - x_{n-1}, and d' + d, d the increment
         in the step before
@@ -58,6 +65,8 @@ class BodyWaves:
     """
 
     step: float
+    still: Complexes
+    spins: Floats
     ahead: Complexes
     shapes: Complexes
     rises: Complexes
@@ -74,6 +83,11 @@ class BodyWaves:
             z = np.where(static != 0.0, self.rises / static, 0.0)
         return np.asarray(self.rises * (1 + z) / (2 * self.step))
 
+    def turned(self, angle: float) -> BodyWaves:
+        """Return the same waves, with another turn of the frame in a step, rad."""
+        spin = np.expm1(1j * angle * self.spins)
+        return replace(self, ahead=(1 + self.still) * spin + self.still)
+
     def conjugated(self, which: NDArray[np.bool_]) -> BodyWaves:
         """Return the same waves, described by the conjugate amplitudes of some of them.
 
@@ -86,6 +100,8 @@ class BodyWaves:
 
         return replace(
             self,
+            still=turned(self.still),
+            spins=np.where(which, -self.spins, self.spins),
             ahead=turned(self.ahead),
             shapes=turned(self.shapes),
             rises=turned(self.rises),
@@ -134,23 +150,22 @@ def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats
     return np.asarray((twice + twice.T) / 4)
 
 
-def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
+def _of_modes(waves: ModeWaves, mixed: Complexes, spins: Floats) -> BodyWaves:
     """Return a body's waves, such as travelling ones, as combinations of its modes.
 
     waves : the modes, each as a complex amplitude that a time step without forces
         multiplies by a factor z, see `mode_waves`
     mixed : (m, waves), amplitudes of the modes in each wave, orthogonal columns
-    turns : (waves,), rad, further change of a wave's phase in a step, since the body
-        rotates in the frame of the blades
+    spins : (waves,), h of each wave, see `BodyWaves`
     """
     unmixed = mixed.conj().T / (np.abs(mixed) ** 2).sum(axis=0)[:, None]
     which = np.argmax(np.abs(mixed), axis=0)
-    z = 1 + waves.ahead[which]
-    spin = np.expm1(1j * turns)
     parts = [row[:, None] * mixed for row in (waves.rise, waves.moves)]
     return BodyWaves(
         step=waves.step,
-        ahead=np.asarray(z * spin + waves.ahead[which]),
+        still=waves.ahead[which],
+        spins=spins,
+        ahead=waves.ahead[which],
         shapes=mixed,
         rises=parts[0],
         moves=parts[1],
@@ -172,6 +187,8 @@ def _of_whole(waves: WholeWaves) -> BodyWaves:
     gives[places] = waves.amplitudes(waves.give, waves.give)
     return BodyWaves(
         step=waves.step,
+        still=waves.ahead,
+        spins=np.zeros(width),
         ahead=waves.ahead,
         shapes=waves.shapes,
         rises=waves.rises,
@@ -180,6 +197,62 @@ def _of_whole(waves: WholeWaves) -> BodyWaves:
         give=waves.give,
         form=form,
     )
+
+
+@dataclass(frozen=True)
+class SteadyWaves:
+    """The steady motion of an unbalanced rotor without contact, as s further waves.
+
+    Their amplitudes are 1 at time 0, and no force changes them.
+
+    Attributes
+    ----------
+    step : dt, s
+    ahead : (s,), z - 1: a step multiplies an amplitude by z, of magnitude 1
+    shapes : (m, s), displacements of the modes at rest for unit amplitudes
+    """
+
+    step: float
+    ahead: Complexes
+    shapes: Complexes
+
+    @property
+    def past(self) -> Complexes:
+        """Displacements of the modes two steps before, (m, s), for unit amplitudes."""
+        return np.asarray(self.shapes / (1 + self.ahead) ** 2)
+
+    @property
+    def rates(self) -> Complexes:
+        """Velocities (x_{n+1} - x_{n-1}) / 2 dt, (m, s), for unit amplitudes."""
+        z = 1 + self.ahead
+        return np.asarray(self.shapes * (z - 1 / z) / (2 * self.step))
+
+
+def steady_waves(model: Model, scene: Scene) -> SteadyWaves:
+    """Return the steady motion by unbalance as waves; none if the rotor is balanced.
+
+    With equal sectors each wave has nodal diameter 1: x = Re(Y a) travels around the
+    rotor, so that a motion Re(xi a) is a sum of two waves, a and its conjugate.
+    """
+    body, step, size = model.rotor, scene.solver.time_step, len(model.rotor.omega)
+    places, swung = circle(model, scene), swing(model, scene)
+    if places is None:
+        none = np.zeros((size, 0), dtype=complex)
+        return SteadyWaves(step, none[0], none)
+    lower, turn = body.shapes.T @ body.mass, np.expm1(2j * scene.speed * step)
+    parts = [(lower @ places + 0j, 0j)]
+    if swung is not None:
+        parts.append((lower @ swung, complex(turn)))
+    sectors = nearly_equal(model) if body.cyclic else None
+    if sectors is not None and 1 in sectors.blocks:
+        block = sectors.blocks[1]
+        way = block @ block.conj().T
+        own = [(way @ (2 * parts[0][0]), 0j)]
+        for shape, ahead in parts[1:]:
+            own += [(way @ shape, ahead), (way @ shape.conj(), np.conj(ahead))]
+        parts = own
+    shapes, ahead = zip(*parts, strict=True)
+    return SteadyWaves(step, np.array(ahead), np.array(shapes).T)
 
 
 def rotor_waves(model: Model, scene: Scene) -> tuple[BodyWaves, Rows] | None:
@@ -191,11 +264,13 @@ def rotor_waves(model: Model, scene: Scene) -> tuple[BodyWaves, Rows] | None:
     rows, body = contact_rows(model.rotor, model.blades), model.rotor
     if body.spin is None:
         own, size = mode_waves(body, scene.solver.time_step), len(body.omega)
-        blocks = travelling(model).values() or [np.eye(size)]
+        blocks = list(travelling(model).values()) if has_sectors(model) else []
+        blocks = blocks or [np.eye(size)]
         mixed = np.hstack(with_conjugates(blocks))
         return (_of_modes(own, mixed, np.zeros(size)), rows) if own.is_basis else None
     terms = turning_terms(model, scene, body.shapes)
-    sectors, blocks = nearly_equal(model), list[Any]()
+    blocks = list[Any]()
+    sectors = nearly_equal(model) if has_sectors(model) else None
     if sectors is not None:
         even = sectors.even(terms, sectors.matrix), sectors.even(rows, sectors.rows)
         if even[0] is not None and even[1] is not None:
@@ -207,6 +282,15 @@ def rotor_waves(model: Model, scene: Scene) -> tuple[BodyWaves, Rows] | None:
     return _of_whole(waves), rows
 
 
+def has_sectors(model: Model) -> bool:
+    """Return whether a rotor's sectors may be equal, or nearly so.
+
+    Rotors with several contact points a tip are from files, whose sectors differ by
+    round-off.
+    """
+    return model.rotor.cyclic or model.rotor.points is not None
+
+
 def casing_waves(model: Model, scene: Scene) -> BodyWaves | None:
     """Return the waves of a casing of harmonics in the frame of the blades.
 
@@ -214,19 +298,19 @@ def casing_waves(model: Model, scene: Scene) -> BodyWaves | None:
     """
     if model.casing is None:
         none, empty = np.zeros((0, 0)), np.zeros((0, 0), dtype=complex)
-        return BodyWaves(1.0, empty[:, :1].ravel(), *(empty,) * 4, none, none)
+        row = empty.ravel()
+        return BodyWaves(1.0, row, none.ravel(), row, *(empty,) * 4, none, none)
     own = mode_waves(model.casing, scene.solver.time_step)
     if not own.is_basis:
         return None
     size = len(own.omega)
-    mixed, turns = np.eye(size, dtype=complex), np.zeros(size)
+    mixed, spins = np.eye(size, dtype=complex), np.zeros(size)
     for mode in ring_modes(model):
         if len(mode.members) == 2:
             pair = list(mode.members)
             mixed[np.ix_(pair, pair)] = [[1.0, 1.0], [1j, -1j]]
-            spin = mode.harmonic * scene.speed * scene.solver.time_step
-            turns[pair] = spin, -spin
-    return _of_modes(own, mixed, turns)
+            spins[pair] = mode.harmonic, -mode.harmonic
+    return _of_modes(own, mixed, spins).turned(scene.speed * scene.solver.time_step)
 
 
 @dataclass(frozen=True)
@@ -236,14 +320,16 @@ class PointWaves:
     Attributes
     ----------
     rotor, casing : the waves of each body
+    steady : the steady motion of an unbalanced rotor
     rows : radial and tangential displacements of the contact points by the rotor's
         modes, (points, m)
-    index : (waves,), indices of the amplitudes of both bodies among `size` complex
-        numbers
+    index : (waves,), indices of the amplitudes of rotor, casing and steady motion among
+        `size` complex numbers
     """
 
     rotor: BodyWaves
     casing: BodyWaves
+    steady: SteadyWaves
     rows: Rows
     index: Integers
     size: int
@@ -251,18 +337,25 @@ class PointWaves:
     @property
     def half(self) -> int:
         """Number of complex amplitudes in the kernel's state, padded."""
-        return -(-self.size // EIGHT) * EIGHT
+        return -(-self.size // ROW) * ROW
 
     def places(self) -> tuple[Integers, Integers]:
         """Return indices of re and im of the waves of rotor and of casing.
 
         They are (2 waves,) each, into the kernel's amplitudes.
         """
-        own, beside = np.split(self.index, [len(self.rotor.ahead)])
+        own, beside, _ = self.apart
         return (
             np.concatenate([own, self.half + own]),
             np.concatenate([beside, self.half + beside]),
         )
+
+    @property
+    def apart(self) -> tuple[Integers, Integers, Integers]:
+        """Indices of the complex amplitudes of rotor, of casing, of steady motion."""
+        own, beside = len(self.rotor.ahead), len(self.casing.ahead)
+        first, second, third = np.split(self.index, [own, own + beside])
+        return first, second, third
 
     def spread(self, rows: Complexes) -> Floats:
         """Return factors of re and im of the kernel's amplitudes, (r, 2 half).
@@ -280,11 +373,16 @@ class PointWaves:
 def point_waves(model: Model, scene: Scene) -> PointWaves | None:
     """Return the waves of rotor and casing; None where they are no basis of the motion.
 
-    That is so if some of a body's waves nearly coincide.
+    That is so if some of a body's waves nearly coincide. The amplitudes of the casing
+    and of the steady motion come first: without rotation the rotor's have imaginary
+    parts that move no tip, so that the rows that give the gaps end before them.
     """
     found, casing = rotor_waves(model, scene), casing_waves(model, scene)
     if found is None or casing is None:
         return None
-    rotor, rows = found
-    size = len(rotor.ahead) + len(casing.ahead)
-    return PointWaves(rotor, casing, rows, np.arange(size), size)
+    (rotor, rows), steady = found, steady_waves(model, scene)
+    own, beside = len(rotor.ahead), len(casing.ahead)
+    first = beside + len(steady.ahead)
+    size = first + own
+    index = np.concatenate([np.arange(first, size), np.arange(first)])
+    return PointWaves(rotor, casing, steady, rows, index, size)

@@ -262,15 +262,44 @@ def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class SupportedSteps(FreeSteps):
-    """Conversion between velocities and increments of a rotor on such supports.
+def added_by(stand: Stand, x: Floats, free: Floats, time: float) -> Floats:
+    """Return what the supports add to velocities (d + d') / 2 dt of a step, (n,).
 
     A step without contact is d' = keep d - pull x + G f(x, v), v = (d + d') / 2 dt,
     with the force f of supports that differ by direction or have a film, see
     `kernels.standing`, and G = stand.moved.
 
     stand : the kernel's arrays of the supports
+    x, free : (n,), a rotor's coordinates, and their velocities without this force
+    time : s, of x, on which the supports' directions depend in the rotating frame
+    """
+    held, even, drift = terms_at(stand, at_centre(stand.hub, x), time)
+    moving = at_centre(stand.hub, free)
+    return _gained(stand, answer(stand.give, held, moving, even, drift))
+
+
+def included_in(stand: Stand, x: Floats, v: Floats) -> Floats:
+    """Return what the supports have added to velocities (d + d') / 2 dt, (n,).
+
+    stand : the kernel's arrays of the supports
+    x, v : (n,), a rotor's coordinates, and their velocities at time 0
+    """
+    held, even, drift = terms_at(stand, at_centre(stand.hub, x), 0.0)
+    moving = at_centre(stand.hub, v)
+    return _gained(stand, -held - even * moving - drift * moving.conjugate())
+
+
+def _gained(stand: Stand, force: complex) -> Floats:
+    """Return what a force on the centre, N, adds to the velocities, (n,)."""
+    push = np.array([force.real, force.imag])
+    return np.asarray(push @ stand.moved / (2 * stand.step))
+
+
+@dataclass(frozen=True)
+class SupportedSteps(FreeSteps):
+    """Conversion between velocities and increments of a rotor on such supports.
+
+    stand : the kernel's arrays of the supports, see `added_by`
     """
 
     stand: Stand
@@ -281,26 +310,15 @@ class SupportedSteps(FreeSteps):
         x, d : (n,), its coordinates, and their increments in the last step
         time : s, of x, on which the supports' directions depend in the rotating frame
         """
-        free, own = super().velocities(x, d), self.stand
-        terms = terms_at(own, at_centre(own.hub, x), time)
-        moving = at_centre(own.hub, free)
-        return free + self._gained(answer(own.give, terms[0], moving, *terms[1:]))
+        free = super().velocities(x, d)
+        return free + added_by(self.stand, x, free, time)
 
     def increments(self, x: Floats, v: Floats) -> Floats:
         """Return the rotor's increments d = x_n - x_{n-1} at time 0, (n,).
 
         x, v : (n,), its coordinates, and their velocities
         """
-        own = self.stand
-        held, even, drift = terms_at(own, at_centre(own.hub, x), 0.0)
-        moving = at_centre(own.hub, v)
-        force = -held - even * moving - drift * moving.conjugate()
-        return super().increments(x, v - self._gained(force))
-
-    def _gained(self, force: complex) -> Floats:
-        """Return what a force on the centre, N, adds to the velocities, (n,)."""
-        push = np.array([force.real, force.imag])
-        return np.asarray(push @ self.stand.moved / (2 * self.step))
+        return super().increments(x, v - included_in(self.stand, x, v))
 
 
 def steps_on(stand: Stand, free: FreeSteps) -> FreeSteps:

@@ -28,24 +28,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.arrays import Complexes, Floats, Integers, Matrix
-from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.kernels.bodies import NOWHERE
-from hpcwhirl.dynamics.kernels.circulant import folded
+from hpcwhirl.arrays import Complexes, Floats, Matrix
 from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
-from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.flight import LESS
-from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
-from hpcwhirl.dynamics.kernels.wave_types import WholeRotor
 from hpcwhirl.dynamics.kernels.whole import EIGHT
-from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.slots import ring_column
 from hpcwhirl.dynamics.turning import Terms, step_of, turning_terms
 from hpcwhirl.dynamics.turning_waves import WORST, roots_of
-from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.rules import NO_BLADE
 
 CLOSED = 1e-9  # largest relative error of the work of contact
 
@@ -87,24 +77,6 @@ class WholeWaves:
         rows : (r, waves), factors of the complex amplitudes a
         """
         return np.hstack([rows.real, -rows.imag[:, self.paired]])
-
-    @property
-    def places(self) -> Integers:
-        """Indices (2 m,) of the real amplitudes q among those of the kernel.
-
-        These are `half` real parts, padded, and as many imaginary ones.
-        """
-        return np.append(
-            np.arange(len(self.ahead)), self.half + np.flatnonzero(self.paired)
-        )
-
-    @property
-    def half(self) -> int:
-        """Number of the kernel's complex amplitudes: waves and a constant one, padded.
-
-        The constant one is the circle of an unbalanced rotor.
-        """
-        return -(-(len(self.ahead) + 1) // EIGHT) * EIGHT
 
     @property
     def rates(self) -> Complexes:
@@ -276,102 +248,6 @@ def drift_of(reads: Matrix, ahead: Complexes) -> Floats:
     return np.asarray(moved * growth / LESS)
 
 
-def reads_of(model: Model) -> tuple[Floats, Floats]:
-    """Return the tips' displacements, radial and tangential, in each mode, times -1.
-
-    They are (N, m) each, for unit amplitudes: a tip that moves outward closes its gap.
-    """
-    radial, along = tip_rows(model.rotor, model.blades)
-    return -radial, -along
-
-
 def padded_blades(blades: int) -> int:
     """Return the number of multipliers in the kernel's state: N, padded."""
     return -(-blades // EIGHT) * EIGHT
-
-
-def coupled_rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
-    """Return the arrays of `kernels.whole` for a rotor whose modes rotation couples.
-
-    The last wave is constant, the circle of an unbalanced rotor.
-
-    waves : the rotor's waves with terms of rotation
-    """
-    body, blades, mu = model.rotor, model.blades, friction_with_sign(scene)
-    radial, along = reads_of(model)
-    steady, lost = circle(model, scene), scene.engine.rotor.lost_blade
-    stands = np.zeros(len(body.shapes)) if steady is None else steady
-    tips = -stands[: 2 * blades].reshape(-1, 2)
-    hub = centre_rows(body, blades)
-    centre = stands[2 * blades :][: len(hub)] if hub.any() else np.zeros(2)
-    half, places = waves.half, waves.places
-    moved = waves.parts(waves.shapes)
-
-    def spread(rows: Floats, last: Floats | float = 0.0) -> Floats:
-        wide = np.zeros((len(rows), 2 * half))
-        wide[:, places], wide[:, half - 1] = rows, last
-        return wide
-
-    outward = spread(radial @ moved, tips[:, 0])
-    sideways = spread(along @ moved, tips[:, 1])
-    read = outward.copy()
-    if lost != NO_BLADE:
-        read[lost] = outward[lost] = sideways[lost] = 0.0
-        read[lost, half - 1] = NOWHERE
-    more = waves.give @ (radial + mu * along).T
-    ahead = np.zeros((2, half))
-    ahead[:, : len(waves.ahead)] = waves.ahead.real, waves.ahead.imag
-
-    def contact(rows: Floats, numbers: Floats) -> Floats:
-        extra = padded_blades(blades) - blades
-        return np.hstack([spread(rows), np.pad(numbers, ((0, 0), (0, extra)))])
-
-    drift = np.zeros(half)
-    drift[: len(waves.ahead)] = drift_of(radial @ waves.shapes, waves.ahead)
-    arrays = (
-        ahead, drift, read, outward,
-        sideways, spread(hub @ moved, centre),
-        np.hypot(outward, sideways).max(axis=0),
-        spread(waves.amplitudes(more, more).T),
-        contact(radial @ waves.passing, radial @ more),
-        contact(along @ waves.passing, along @ more),
-        opened_by_ring(model, scene), _upper(waves),
-    )  # fmt: skip
-    return WholeRotor._make(all_aligned([np.ravel(array) for array in arrays]))
-
-
-def opened_by_ring(model: Model, scene: Scene) -> Floats:
-    """Return the change of all gaps by unit multipliers due to the ring alone, m/N.
-
-    The shape is (N, 2 wide), by multiplier and by gap, in folded order as in
-    `kernels.circulant.folded`.
-    """
-    blades = np.arange(model.blades)
-    chosen = folded(model.blades, widths(model.blades)[1])
-    return ring_column(model, scene)[np.subtract.outer(chosen, blades)].T
-
-
-def _upper(waves: WholeWaves) -> Floats:
-    """Return the energy of the waves as a flat upper triangle U: q^T U q, J.
-
-    q are the real amplitudes of the waves; `WholeRotor.form` tells the order.
-    """
-    size = 2 * waves.half
-    form = np.zeros((size, size))
-    form[np.ix_(waves.places, waves.places)] = waves.form
-    upper = np.triu(form) + np.triu(form, 1)
-    return np.concatenate([row[i - i % FOUR :] for i, row in enumerate(upper)])
-
-
-def unpacked_form(upper: Floats, size: int) -> Floats:
-    """Return the upper triangle U, (size, size), of the waves' energy q^T U q, J.
-
-    upper, size : the same triangle, flat, as `_upper` returns it; number of amplitudes
-        q
-    """
-    form, at = np.zeros((size, size)), 0
-    for i in range(size):
-        first = i - i % FOUR
-        form[i, first:] = upper[at : at + size - first]
-        at += size - first
-    return form

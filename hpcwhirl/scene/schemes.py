@@ -152,8 +152,8 @@ _TABLE = (
     ),
     Scheme(
         "general",
-        "central differences mode by mode, also used where modal cannot be (a ring of "
-        "elements, supports that differ by direction)",
+        "central differences mode by mode, slow, also used where modal cannot be (a "
+        "ring of elements, a layer that wears, a changing speed with rotation)",
         2, 0.59e-6, turns=25e-6, times=BY_MODES,
     ),
     Scheme(

@@ -1,8 +1,7 @@
-"""The general kernel: any rotor, the ring in the rotating frame, W constant.
+"""Rotors of unequal sectors: both bodies as waves in the rotating frame, W constant.
 
-`general` marches its modes one by one, `modal` waves of its modes.
-
-`paper` marches matrices in the static frame, with a row of the ring for each blade and
+`general` marches their modes one by one, with the casing in the static frame; `paper`
+marches matrices in the static frame, with a row of the ring for each blade and
 a Delassus matrix for each step.
 """
 
@@ -20,26 +19,27 @@ from solving import place_of, solve
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
-from hpcwhirl.dynamics.free_decay import FreeDecay
-from hpcwhirl.dynamics.free_modes import FreeModes
-from hpcwhirl.dynamics.kernels import circulant, contact, general, whole
+from hpcwhirl.dynamics.free_points import FreePoints
+from hpcwhirl.dynamics.kernels import circulant, contact, points, whole
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.flight import LESS
-from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor, UncoupledRotor
+from hpcwhirl.dynamics.kernels.kernel_types import ModalBody
+from hpcwhirl.dynamics.kernels.wave_types import PointsRotor
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.mode_waves import _items, delassus, mode_waves
+from hpcwhirl.dynamics.mode_waves import mode_waves
+from hpcwhirl.dynamics.motion import gaps_of
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.store.hdf5 import write_arrays
 
-KINDS = {"modal": UncoupledRotor, "general": GeneralRotor}
+KINDS = {"modal": PointsRotor, "general": ModalBody}
 MODES = {1: 6, 2: 8, 7: 30, 12: 54, 22: 110, 30: 60}
 read_near, farthest = (  # parts, for Python
-    kernel(part.py_func) for part in (whole.read_near, general.farthest)
+    kernel(part.py_func) for part in (whole.read_near, points.farthest_point)
 )
 
 
@@ -81,26 +81,6 @@ def test_waves_of_modes_move_by_central_differences():
     assert waves.rates == pytest.approx((z - 1.0 / z) / (2 * 2e-6), rel=1e-9)
 
 
-@pytest.mark.parametrize("step", [4, 5])
-def test_a_free_motion_that_is_left_at_once_is_the_state_it_began_with(step):
-    body = resolve(scene(7)).model.rotor
-    modes = len(body.omega)
-    free = FreeModes(_items(body, 2e-6, 0.0, modes), modes, 2e-6)
-    begun = np.random.default_rng(1).normal(size=free.shape)
-    left = begun.copy()
-    free.motion(begun, step).leave(left, 0, step)
-    for place in (0, 1 + (step & 1)):
-        np.testing.assert_allclose(left[place], begun[place], rtol=1e-7)
-
-
-@pytest.mark.parametrize(("scheme", "block"), [("modal", 16), ("general", 8)])
-def test_modes_are_padded_to_whole_vectors_and_no_further(scheme, block):
-    march = march_of(7, scheme=scheme)
-    modes, arrays = len(march.model.rotor.omega), march.scheme.arrays.rotor
-    assert len(arrays.hub) == 2 * len(arrays.reach)
-    assert len(arrays.reach) == -(-modes // block) * block > modes
-
-
 @pytest.mark.parametrize("scheme", KINDS)
 @pytest.mark.parametrize(("blades", "k", "mu", "speed"), MOTIONS)
 def test_the_ring_turning_is_the_ring_at_rest(blades, k, mu, speed, scheme):
@@ -127,7 +107,7 @@ def test_an_uneven_rotor_from_file_is_the_one_it_was_written_from(tmp_path):
     file = apply_settings(whole, {"mistuning": [], "file": str(path)})
     marches = [March(resolve(s)) for s in (file, whole)]
     kinds = {type(march.scheme.arrays.rotor) for march in marches}
-    assert kinds == {UncoupledRotor}
+    assert kinds == {PointsRotor}
     assert_alike(*(march.run() for march in marches))
     assert_bodies_alike(*marches)
 
@@ -138,7 +118,7 @@ def test_w_is_that_of_both_bodies_wherever_the_blades_are():
     _, _, give = recursion(model.casing.omega, model.casing.ratios, step)
     radial, tangential = tip_rows(model.rotor, 7)
     _, _, own = recursion(model.rotor.omega, model.rotor.ratios, step)
-    found = delassus(model, march.scene)
+    found = march.scheme.arrays.contact.w
     for turned in (0.0, 0.37, 2.0):
         rows = model.ring.rows(turned + 2 * np.pi * np.arange(7) / 7)
         out, along = (r @ model.casing.shapes for r in rows)
@@ -194,7 +174,7 @@ def drawn(seed):
 def test_it_changes_no_bit_which_tips_are_read_when(seed, size):
     """All are read in the first step of a slice: with slices of 1, in every step."""
     whole = assert_same_in_parts(resolve(scene(**drawn(seed))), size)
-    assert isinstance(whole.scheme.arrays.rotor, UncoupledRotor)
+    assert isinstance(whole.scheme.arrays.rotor, PointsRotor)
     assert whole.history().contacts > 0
 
 
@@ -236,18 +216,20 @@ def test_a_guess_takes_no_lower_bound_for_the_gap_of_a_blade_in_contact_before()
     assert seen == pytest.approx(wanted)
 
 
-@pytest.mark.parametrize("scheme", KINDS)
-def test_tips_are_within_a_bound_that_each_mode_alone_reaches(scheme):
-    rotor = march_of(7, scheme=scheme).scheme.arrays.rotor
-    for q in np.eye(len(rotor.reach)):
-        assert farthest(1e9, q, rotor) == pytest.approx(farthest(0.0, q, rotor))
-    for q in np.random.default_rng(4).normal(size=(20, len(rotor.reach))):
-        assert 0.0 < farthest(0.0, q, rotor) < farthest(1e9, q, rotor)
+def test_tips_are_within_a_bound_that_each_mode_alone_reaches():
+    rotor = march_of(7).scheme.arrays.rotor
+    size, (alone,) = len(rotor.ahead), np.nonzero(rotor.reach)
+    assert len(alone) > 7
+    for q in np.eye(size)[alone]:
+        bound = farthest(1e9, q, rotor, 7)
+        assert bound == pytest.approx(farthest(0.0, q, rotor, 7))
+    for q in np.random.default_rng(4).normal(size=(20, size)):
+        assert 0.0 < farthest(0.0, q, rotor, 7) < farthest(1e9, q, rotor, 7)
 
 
 def test_amplitudes_that_die_out_become_zero():
     quiet = {"gap": 0.05, "force": 1e-140, "duration": 0.3, "traces": "summary"}
-    march = march_of(7, scheme="general", **quiet)
+    march = march_of(7, **quiet)
     march.run()
     values = np.abs(np.concatenate([march.state.rotor, march.state.ring]))
     assert not ((values > 0) & (values < 1e-290)).any()
@@ -270,25 +252,23 @@ def test_the_rest_in_closed_form_is_the_rest_marched():
 @pytest.mark.parametrize(("modes", "share"), [(slice(None), 0.05), ([12], 0.9)])
 def test_the_bound_of_the_certificate_is_one_of_each_blade(modes, share):
     march = march_of(7, gap=1.0, force=0.0, duration=0.05)
-    random = np.random.default_rng(2)
-    size = len(march.model.rotor.omega)
-    half = len(march.scheme.arrays.rotor.drift)
-    parts = march.state.rotor[: 2 * half].reshape(2, half)
-    parts[:, np.arange(size)[modes]] = 1e-6 * random.normal(size=(2, size))[:, modes]
-    ring = march.state.ring.reshape(3, 2, -1)
-    own = march.coast.ring.own
+    random, state = np.random.default_rng(2), march.state.rotor
+    waves = march.scheme.waves
+    own, beside, _ = waves.apart
+    size = 1e-6 * random.normal(size=(2, len(own)))[:, modes]
+    state[own[modes]], state[waves.half + own[modes]] = size
     if modes == slice(None):
-        ring[:2, :, own] = random.normal(size=(2, 2, len(own))) * 1e-7
-    coast = FreeDecay(march.scheme)
+        size = 1e-7 * random.normal(size=(2, len(beside)))
+        state[beside], state[waves.half + beside] = size
+    coast = FreePoints(march.scheme.reads, march.scheme.arrays)
     bound = coast.bound(march.state)[0].sum(axis=1)
     assert len(bound) == 7
     most = np.zeros(7)
-    wide = len(march.state.gaps) // 6
-    places = [place_of(j, 7, wide) for j in range(7)]
     for _ in range(4000):
         march.advance(1)
-        row = march.state.gaps.reshape(3, -1)[march.steps % 3]
-        tips = march.displacements()[0][:14:2]
-        most = np.maximum(most, np.abs(row[places] - tips - 1.0))
+        rotor, casing = march.displacements()
+        turned = march.scene.speed * march.steps * march.scene.solver.time_step
+        gaps = gaps_of(march.model, 0.0, rotor, casing, turned)
+        most = np.maximum(most, np.abs(gaps))
     assert (most < LESS * bound).all()
     assert (most > share * bound).all()  # one mode reaches it

@@ -37,9 +37,9 @@ def solve_bounded(  # noqa: PLR0917
     """Return the number of active blades, where tips are bounds until computed."""
     active = circulant.guess(opened, 0, lowest, blades, wide, space)
     if active < 0:
-        active = whole.seek_near(
-            rows, q, others, 0, tips, opened, lowest, blades, space
-        )
+        whole.read_all(rows, q, blades, tips)
+        lowest = whole.open_whole(tips, others, 0, opened)
+        active = circulant.solved(opened, 0, lowest, blades, wide, space)
     return active
 
 

@@ -5,11 +5,10 @@ import pytest
 from alike import assert_rest_as_marched
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.free_decay import FreeDecay
+from hpcwhirl.dynamics.free_points import FreePoints
 from hpcwhirl.dynamics.kernels.flight import LESS
-from hpcwhirl.dynamics.kernels.wave_types import WholeRotor
+from hpcwhirl.dynamics.kernels.wave_types import PointsRotor
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.whole_waves import whole_waves
 from hpcwhirl.scene import Scene, apply_settings
 
 NAMES = {
@@ -26,8 +25,12 @@ SMALL = {
 def march_of(**settings):
     given = {NAMES.get(name, name): value for name, value in settings.items()}
     march = March(resolve(apply_settings(Scene(), {**SMALL, **given})))
-    assert isinstance(march.scheme.arrays.rotor, WholeRotor)
+    assert isinstance(march.scheme.arrays.rotor, PointsRotor)
     return march
+
+
+def coast_of(march):
+    return FreePoints(march.scheme.reads, march.scheme.arrays)
 
 
 def drawn(seed, **given):
@@ -75,14 +78,14 @@ def test_the_bound_of_the_certificate_is_one_of_each_blade(wave, share, unbalanc
         gap=1.0, force=0.0, duration=0.05, speed=300.0, unbalance=unbalance,
         kind="rigid", amplitude_limit=10.0, until="certain",
     )  # fmt: skip
-    own, random = whole_waves(march.model, march.scene), np.random.default_rng(2)
-    slow = np.argsort(np.abs(own.ahead))
-    size = random.normal(size=(2, len(slow))) * 1e-7 * own.paired
+    own, random = march.scheme.waves, np.random.default_rng(2)
+    slow, paired = (np.argsort(np.abs(own.rotor.ahead)), own.rotor.ahead.imag != 0.0)
+    size = random.normal(size=(2, len(slow))) * 1e-7 * paired
     if wave is not None:
         size[:, np.delete(slow, wave)] = 0.0
-    march.state.rotor[: len(slow)] = size[0]
-    march.state.rotor[own.half :][: len(slow)] = size[1]
-    coast = FreeDecay(march.scheme)
+    place = own.apart[0]
+    march.state.rotor[place], march.state.rotor[own.half + place] = size
+    coast = coast_of(march)
     bound = coast.bound(march.state)[0].sum(axis=1)
     assert coast.possible
     assert bound.shape == (5,)
@@ -98,7 +101,7 @@ def test_a_lost_blade_bounds_nothing():
         gap=1.0, lost_blade=2, duration=0.05, speed=100.0, force=0.0,
         amplitude_limit=10.0, kind="rigid",
     )  # fmt: skip
-    coast = FreeDecay(march.scheme)
+    coast = coast_of(march)
     march.state.rotor[:] = 1e-6
     bound = coast.bound(march.state)[0].sum(axis=1)
     assert bound[2] == 0.0
@@ -114,7 +117,7 @@ def test_a_lost_blade_bounds_nothing():
 )
 def test_no_certificate_where_motion_may_last(given):
     march = march_of(gap=1.0, duration=0.05, **given)
-    coast = FreeDecay(march.scheme)
+    coast = coast_of(march)
     assert not coast.possible
     assert march.coast is None
 

@@ -1,13 +1,11 @@
 """The contact problem of a constant W, solved by the kernels' parts from Python."""
 
-from hpcwhirl.dynamics.kernels import circulant, whole
+from hpcwhirl.dynamics.kernels import circulant
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.compiled import kernel
 
 place_of = keep.place_of.py_func
-guess, seek, seek_near, recall = (
-    circulant.guess, circulant.seek, whole.seek_near, keep.recall,
-)  # fmt: skip
+guess, seek, recall = circulant.guess, circulant.seek, keep.recall
 
 
 @kernel

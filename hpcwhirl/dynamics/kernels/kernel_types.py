@@ -158,7 +158,7 @@ class BodiesState(NamedTuple):
 
 
 class CyclicState(NamedTuple):
-    """State of rotor and ring in the kernels `cyclic`, `general`, `whole` and `points`.
+    """State of rotor and ring in the kernels `cyclic` and `points`.
 
     Amplitudes are in the rotating frame. There are k slots, one for each nodal
     diameter, padded. Folded arrays, (2 wide,), list all blades in the order of
@@ -167,16 +167,14 @@ class CyclicState(NamedTuple):
     Attributes
     ----------
     rotor, ring : modal amplitudes, then their increments in the last even step, then
-        those in the last odd step, see `passes`; for waves see `waves` and `whole`
+        those in the last odd step, see `passes`; for waves see `waves`. In `points`
+        `rotor` has the waves of both bodies, and `ring` nothing
     lam : (4 k,), N, spectrum of the multipliers of the last step as (re, im), then as
-        (im, -re). In `general` the rotor's modal forces (2 m,), normal and tangential,
-        come before it, in `whole` the array `held` of `whole.push_waves`; in `points`
-        lam is `held` alone
+        (im, -re). In `points` the array `held` of `point_rows.book_points`
     gaps : (3, 2 wide) flat, m, folded gaps of three steps, step n in row n % 3; in
-        `whole` without the rotor's displacement, in `points` the clearances alone
+        `points` the clearances alone
     sums_b : (6 k,), J, works and losses of the rotor by slot, see
-        `stepping.pass_modes`; in `general` (3 m,), in `whole` and `points` (3,), see
-        `whole.push_waves`
+        `stepping.pass_modes`; in `points` (3,), see `point_rows.book_points`
     sums_c : (4 k,), J, the same for the ring; the fourth part is the power, W, of
         `stepping.book_passing`, used by the exact flow
     known : (N + 3 + CHANGES,), blades in contact in the last solution, see

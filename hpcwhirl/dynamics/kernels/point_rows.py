@@ -15,9 +15,11 @@ from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, load, store
 from hpcwhirl.dynamics.kernels.wave_types import PointRows
 from hpcwhirl.dynamics.kernels.whole import (
     add_rows,
+    four_sums,
     moved_by,
     read_all,
     read_near,
+    sum_four,
     tip_by_waves,
     turn_waves,
 )
@@ -84,7 +86,13 @@ def book_points(rows, push, where, active, q, spare, mu, step, gaps, row, before
     mu, step : friction with the sign of the speed; number of the step
     gaps, row : clearances at step n - 1, without waves, m, from gaps[row] on
     before : (points,), out: gaps at step n - 1, m
-    sums, held : account of works, J, and of motions in contact, see `whole.push_waves`
+    sums : (3,), J, in and out: twice the work of normal forces; twice that of friction,
+        divided by mu; what contact has added to energy and damping loss together
+    held : (HELD padded,), part of the state. First, for each point, its motion along
+        the casing from step n - 1 to n + 1 when it was last in contact, m. Then three
+        rows, for steps n, n + 1, n + 2 in turn: 2 plus the number of the step in which
+        the point was in contact, so that 0 means never; times -1 if then coefficients
+        or the casing's shape have changed
     """
 
 
@@ -116,6 +124,22 @@ def clear_forces(s, modes):
     """
     for m in range(modes, len(s), FOUR):
         store(s, m, broadcast(0.0))
+
+
+@inlined
+def turned_by(rows, j, points, q, half):
+    """Return how the turn of the frame in two steps changes a point's gap, m.
+
+    It is the gap at step n - 1 less what it would be where the point is at step n + 1.
+
+    rows : `PointRows.turned`
+    j, points : number of the point, and of points
+    q, half : amplitudes in free motion; number of complex amplitudes
+    """
+    width = len(rows) // points // 2
+    first = four_sums(rows, 2 * j * width, q, width)
+    second = four_sums(rows, (2 * j + 1) * width, q[half:], width)
+    return sum_four(first) + sum_four(second)
 
 
 @does(turn_points, PointRows)
@@ -166,12 +190,16 @@ def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, 
     begin_moves(spare, q, modes)
     for i in range(active):
         j = where[i]
-        before[j] = 0.0
-        if held[then + j] != step:
-            was = tip_by_waves(rows.before, j, spare, modes)
-            before[j] = gaps[row + place_of(j, points, wide)] + was
+        place, before[j] = place_of(j, points, wide), 0.0
+        if held[then + j] == step:  # both gaps are closed
+            opened = gaps[row + place] - gaps[step % 3 * 2 * wide + place]
+            opened += turned_by(rows.turned, j, points, spare, modes // 2)
+        else:
+            if held[then + j] != -step:
+                was = tip_by_waves(rows.before, j, spare, modes)
+                before[j] = gaps[row + place] + was
+            opened = moved_by(rows.opens, j * width, spare, modes)
         held[now + j] = step + 2
-        opened = moved_by(rows.opens, j * width, spare, modes)
         held[j] = moved_by(rows.slides, j * width, spare, modes)
         sums[0] += push[i] * opened
         sums[1] += push[i] * held[j]

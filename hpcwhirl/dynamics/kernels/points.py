@@ -1,11 +1,15 @@
-"""Time loop for several contact points a tip: waves of both bodies, rotating frame.
+"""Time loop for one or several contact points a tip: both bodies as waves.
 
 In the frame of the blades no coefficient depends on time: the waves of both bodies have
-complex amplitudes that a step multiplies by z, like those of a rotor in `whole`, and
+complex amplitudes that a step multiplies by z, and
 each gap is a row of coefficients, for the angle and axial position of its point, times
 the amplitudes. Contact points replace blades in all arrays; the Delassus matrix W, of
-both bodies, is constant. The pulse on the casing is two further generalized forces,
-listed after those of the points.
+both bodies, is constant. Further forces are listed after those of the points: the
+pulse on the casing, cos and sin, and the force of supports that differ by direction or
+have a film on the centre, x and y, see `standing`. Contact forces and energies are
+those of the motion that contact causes; the steady motion of an unbalanced rotor is
+given by further waves, which open and close gaps. A lost blade has a clearance that is
+never closed.
 
 The motion of a point's material from step n - 1 to n + 1, d' + d, d' and d its last two
 increments, is a row times s = (q, lambda, pulse), q the amplitudes before any force. As
@@ -62,16 +66,21 @@ from hpcwhirl.dynamics.kernels.point_rows import (
 from hpcwhirl.dynamics.kernels.samples import note_miss_folded
 from hpcwhirl.dynamics.kernels.sectors import room_of_sectors
 from hpcwhirl.dynamics.kernels.shape import faded
+from hpcwhirl.dynamics.kernels.standing import answer, terms_at
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     all_aligned,
     broadcast,
+    element,
     fma,
+    get,
     load,
     store,
+    total_of,
 )
 from hpcwhirl.dynamics.kernels.wave_types import PointRows, PointsSpace, SectorRows
 from hpcwhirl.dynamics.kernels.whole import (
+    EIGHT,
     add_one,
     drift_of,
     lower_all,
@@ -118,6 +127,53 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
             store(gaps, row + v, gap)
 
 
+@part
+def hold_centre(support, q, time, centre):
+    """Apply the supports' force on the centre in a step to the amplitudes q of waves.
+
+    Return its components x and y, N, rotating frame.
+
+    support : `wave_types.PointsSupport`
+    q : amplitudes, in and out: in those after the step without forces
+    time : s, at the step's start, at which the supports' directions are taken
+    centre : (n,), out: the amplitudes that change, as they were
+    """
+    zero, which, reads = broadcast(0.0), support.which, support.reads
+    a, b, c, d = zero, zero, zero, zero
+    for i in range(0, len(which), FOUR):
+        one, two = get(q, which[i]), get(q, which[i + 1])
+        three, last = get(q, which[i + 2]), get(q, which[i + 3])
+        centre[i], centre[i + 1], centre[i + 2], centre[i + 3] = one, two, three, last
+        a = fma(load(reads, FOUR * i), broadcast(one), a)
+        b = fma(load(reads, FOUR * (i + 1)), broadcast(two), b)
+        c = fma(load(reads, FOUR * (i + 2)), broadcast(three), c)
+        d = fma(load(reads, FOUR * (i + 3)), broadcast(last), d)
+    both = (a + b) + (c + d)
+    place, moving = (
+        complex(element(both, 0), element(both, 1)),
+        complex(element(both, 2), element(both, 3)),
+    )
+    held, even, apart = terms_at(support.stand, place, time)
+    push = answer(support.stand.give, held, moving, even, apart)
+    x, y = push.real, push.imag
+    for i in range(support.used):
+        gained = get(support.gives, 2 * i) * x + get(support.gives, 2 * i + 1) * y
+        q[which[i]] = centre[i] + gained
+    return x, y
+
+
+@inlined
+def let_go(support, spare, q, centre):
+    """Copy the amplitudes q to `spare` without the supports' force of the step.
+
+    support, centre : as in `hold_centre`, which has set the latter
+    spare : (m,) or more, out
+    """
+    begin_moves(spare, q, len(q))
+    for i in range(support.used):
+        spare[support.which[i]] = centre[i]
+
+
 @inlined
 def open_tips(push, where, active, opening, tips):
     """Add the change of all gaps by the contact forces of a step to `tips`.
@@ -157,16 +213,28 @@ def farthest_point(limit, q, rotor, points):
 
 
 @rare_kernel
-def energies_of_points(rotor, q):
+def energies_of_points(rotor, q, work):
     """Return (energy of the rotor, energy of the casing), J, from waves' amplitudes.
 
     rotor, q : `wave_types.PointsRotor`; (m,), amplitudes of the waves of both bodies
+    work : (m,) or more, work space
     """
-    own, beside = 0.0, 0.0
-    for i in range(rotor.split):
-        own += rotor.form[i] * q[rotor.pairs[i, 0]] * q[rotor.pairs[i, 1]]
-    for i in range(rotor.split, len(rotor.form)):
-        beside += rotor.form[i] * q[rotor.pairs[i, 0]] * q[rotor.pairs[i, 1]]
+    own, beside, at, energy = 0.0, 0.0, 0, rotor.energy
+    for b in range(len(energy.starts) - 1):
+        first, size = energy.starts[b], energy.starts[b + 1] - energy.starts[b]
+        total = broadcast(0.0)
+        for i in range(size):
+            work[i] = q[energy.which[first + i]]
+        for i in range(size):
+            begun, row = i - i % FOUR, broadcast(0.0)
+            for m in range(begun, size, FOUR):
+                row = fma(load(energy.form, at + m - begun), load(work, m), row)
+            total = fma(broadcast(work[i]), row, total)
+            at += size - begun
+        if b < energy.split:
+            own += total_of(total)
+        else:
+            beside += total_of(total)
     return own, beside
 
 
@@ -175,7 +243,7 @@ def note_slips_of_points(held, known, last, step, counted, ledger):
     """Raise ledger[SLIP] to the largest slip of a point in contact in one step, m/s.
 
     held : in its first entries, the points' motions along the casing over two steps, m,
-        see `whole.push_waves`
+        see `point_rows.book_points`
     known, last : points in contact in the last solution; step of each point's last
         contact
     step, counted : dt, s; number of the step whose slips are checked
@@ -220,7 +288,7 @@ def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
                 + rotor.shares[m, 1] * q[rotor.casing[m, 1]]
             )
     sums, whole = state.sums_b, space.ledger
-    energies = energies_of_points(rotor, q)
+    energies = energies_of_points(rotor, q, space.spare)
     copy_to(whole, ledger)
     whole[ROTATION] += 0.5 * sums[0]
     whole[FRICTION] += 0.5 * mu * sums[1]
@@ -257,7 +325,7 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
     return PointsSpace(
         spare, spectra, np.zeros(points), solver, out, again, opened,
         np.zeros((points + 1, 2)), np.zeros(len(rotor.casing)),
-        np.zeros_like(state.ledger),
+        np.zeros_like(state.ledger), np.zeros(len(rotor.support.which)),
     )  # fmt: skip
 
 
@@ -271,7 +339,11 @@ def sizes_of_rows(
     """
     if isinstance(rows, PointRows):
         short, long = points * modes, points * width
-        wanted = [short, short, short, long, long]
+        read = points * min(len(rows.read) // points // (2 * EIGHT) * 2 * EIGHT, modes)
+        turned = points * min(
+            len(rows.turned) // points // (4 * EIGHT) * 4 * EIGHT, modes
+        )
+        wanted = [read, short, turned, short, long, long]
         return list(zip(rows._fields, rows, wanted, strict=True))
     alike, waves = rows.single + rows.pairs, rows.single + 2 * rows.pairs
     slot, forces = len(rows.move) // alike, points * (width - modes)
@@ -291,7 +363,7 @@ def march_points(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, _, contact, state,
     tracks, space,
 ):  # fmt: skip
-    """Integrate rotor and casing over `steps` steps, for several contact points a tip.
+    """Integrate rotor and casing, both as waves, over `steps` time steps.
 
     Parameters
     ----------
@@ -309,20 +381,25 @@ def march_points(
     )  # fmt: skip
     points, wide, modes = len(last), len(gaps) // 6, len(rotor.ahead)
     push, where = solver.push, solver.where
+    stands, at = len(rotor.support.which) > 0, modes + points
     recall(points, wide, solver)
     drift, fresh, active = 0.0, True, points - points
     goal = counter[STEP] + steps
     while counter[STEP] < goal and counter[STOP] == RUNNING:
         near = counter[LAST] == counter[STEP]
+        near = near and not stands  # else amplitudes change after they are read
         turn_points(rotor.rows, s_b, rotor.ahead, near, space.spectra)
         if slips_now(counter):
             note_slips_of_points(held, known, last, step, counter[LAST], ledger)
-        thrust = pulse_of(counter[STEP] * step, loading.force, loading.pulse)
+        now, along, across, x, y = counter[STEP] * step, 0.0, 0.0, 0.0, 0.0
+        thrust = pulse_of(now, loading.force, loading.pulse)
         counter[STEP] += 1
-        time, along, across = counter[STEP] * step, 0.0, 0.0
+        time, acts = counter[STEP] * step, stands or thrust != 0.0
         if thrust != 0.0:
             begin_moves(spare, s_b, modes)
-            clear_forces(spare, modes)
+        if stands:
+            x, y = hold_centre(rotor.support, s_b, now, space.centre)
+        if thrust != 0.0:
             angle = angle_of(wall, speed, time)
             along, across = thrust * math.cos(angle), -thrust * math.sin(angle)
             add_one(rotor.kick, 0, along, s_b, modes)
@@ -334,7 +411,10 @@ def march_points(
         looks = counter[STEP] >= counter[NEXT_LOOK]
         judge = counter[STEP] % strides.evidence == 0
         ready, every = False, judge or fresh or thrust != 0.0
-        lowest = lower_all(out, drift, gaps, row, whole)
+        held_by = math.sqrt(x * x + y * y)
+        moved = drift + held_by * rotor.support.nudge
+        drift += held_by * rotor.support.rush
+        lowest = lower_all(out, moved, gaps, row, whole)
         if not every and not lowest > 0.0:
             lowest, ready = read_close(
                 rotor.rows, s_b, points, gaps, row, known, out, whole, near,
@@ -358,12 +438,14 @@ def march_points(
                 counter[STOP] = COMPLEMENTARITY
                 return
             clear_forces(spare, modes)
-            spare[modes + points], spare[modes + points + 1] = along, across
+            spare[at], spare[at + 1], spare[at + 2], spare[at + 3] = along, across, x, y
             for i in range(active):
                 spare[modes + where[i]] = push[i]
             older = (counter[STEP] + 1) % 3 * 2 * wide
             open_tips(push, where, active, solver.rows, out)
-            free = s_b if thrust == 0.0 else spare[:modes]
+            if stands and thrust == 0.0:
+                let_go(rotor.support, spare, s_b, space.centre)
+            free = spare[:modes] if acts else s_b
             book_points(
                 rotor.rows, push, where, active, free, spare, mu, counter[STEP], gaps,
                 older, before, sums, held, space.spectra,
@@ -375,7 +457,9 @@ def march_points(
                 push, where, active, before, last, counter, ledger, impulse, step
             )
         if thrust != 0.0:
-            spare[modes + points], spare[modes + points + 1] = along, across
+            if not lowest < 0.0:
+                clear_forces(spare, modes)
+                spare[at], spare[at + 1] = along, across
             moved = along * moved_by(rotor.kicked, 0, spare, modes)
             moved += across * moved_by(rotor.kicked, len(spare), spare, modes)
             ledger[PULSE] += 0.5 * moved

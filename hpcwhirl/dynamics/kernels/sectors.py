@@ -38,7 +38,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     store,
     total_of,
 )
-from hpcwhirl.dynamics.kernels.wave_types import SectorRows
+from hpcwhirl.dynamics.kernels.wave_types import FORCES, SectorRows
 from hpcwhirl.dynamics.kernels.whole import put, turn_four, turn_waves
 
 
@@ -427,11 +427,12 @@ def by_forces(table, at, push, where, active, spare, modes, points):
     table, at : `SectorRows.opens` for the radial motion of the point, `slides` for its
         motion along the casing; index in it where the row of the point begins
     push, where, active : multipliers of the points where[:active]
-    spare : work array with the cos and sin forces of the pulse, from entry modes +
+    spare : work array with the forces that are no multipliers, from entry modes +
         points on
     """
-    total = table[at + points] * spare[modes + points]
-    total += table[at + points + 1] * spare[modes + points + 1]
+    total = 0.0
+    for i in range(points, points + FORCES):
+        total += table[at + i] * spare[modes + i]
     for i in range(active):
         total += table[at + where[i]] * push[i]
     return total
@@ -503,7 +504,7 @@ def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, befor
         p = j - blade * each
         at, along = first + 2 * k * p, first + 2 * k * (each + p)
         before[j] = 0.0
-        if held[then + j] != step:
+        if abs(held[then + j]) != step:
             was = gap_before(rows, p, blade, k, q)
             before[j] = gaps[row + place_of(j, points, wide)] + was
         held[now + j] = step + 2

@@ -34,7 +34,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     store_both,
 )
 from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, load, store
-from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, GeneralRotor
+from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor
 
 
 @verb
@@ -213,9 +213,6 @@ def pass_rotor(rotor, way, s, lam, rows, k, counter, out, sums, slip):
 @inlined
 def pass_modes(way, s, c, lam, rows, width, counter, out, sums, slip):
     """Complete the last step of a rotor's modes; predict the next one without contact.
-
-    Kernel `general` has one row of real modes instead, with their modal forces as
-    `lam`.
 
     Parameters
     ----------
@@ -418,7 +415,6 @@ def energies_of(rotor, way, t_b, t_c, c_c, now, step):
     """
 
 
-@does(energies_of, GeneralRotor)
 @does(energies_of, CyclicRotor)
 @rare_kernel
 def energies_of_modes(rotor, way, t_b, t_c, c_c, now, step):

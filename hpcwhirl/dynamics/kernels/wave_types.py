@@ -6,7 +6,7 @@ wave or mode of a slot has one complex amplitude, for all blades. Arrays of all 
 the second, see `circulant.folded`. A step is *pending* if its contact forces are known
 but not yet applied to the amplitudes, see `passes`.
 
-The last types are those of the loop `points`, for several contact points a tip.
+The last types are those of the loop `points`, in which both bodies are waves.
 """
 
 from __future__ import annotations
@@ -14,7 +14,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from hpcwhirl.arrays import Floats, Integers
-from hpcwhirl.dynamics.kernels.kernel_types import ConstantSpace, CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import ConstantSpace, CyclicState, Stand
+
+FORCES = 4  # forces beside multipliers: cos, sin of the pulse; x, y on the centre
 
 
 class CyclicRotor(NamedTuple):
@@ -81,168 +83,6 @@ class CyclicContact(NamedTuple):
     turns: Floats
     wave: Floats
     flight: Any
-
-
-class GeneralRotor(NamedTuple):
-    """Coefficients of a rotor of unequal sectors as m real modes, see `general`.
-
-    Displacements are those for unit amplitudes; those of tips are multiplied by -1, so
-    that they open the gaps.
-
-    Attributes
-    ----------
-    items : (ITEMS m,), coefficients of a step of each mode, packed, see `passes`
-    read : (2 wide / 8, m, 8) flat, radial displacement of tips in folded order, in
-        groups of eight
-    radial, tangential : (N, m) flat, displacements of the tips
-    hub : (2, m) flat, the centre's x_o, y_o
-    reach : (m,), magnitude of the displacement of the tip that a mode moves most
-    """
-
-    items: Floats
-    read: Floats
-    radial: Floats
-    tangential: Floats
-    hub: Floats
-    reach: Floats
-
-
-class WholeRotor(NamedTuple):
-    """Coefficients of a rotor of unequal sectors as waves, see `whole`.
-
-    There are m real amplitudes, re then im of the waves, each half padded; `padded` is
-    N rounded up to a multiple of 8. Tip displacements are multiplied by -1, so that
-    they open the gaps.
-
-    Attributes
-    ----------
-    ahead : (m,), re and im of z - 1, z the factor by which a step multiplies an
-        amplitude
-    drift : (m / 2,), m, bound of the motion of any tip in a step, per unit amplitude
-    read : (N, m) flat, part of each blade's gap per unit amplitude: like `radial`, but
-        a lost blade is at `bodies.NOWHERE`
-    radial, tangential, hub : as in `GeneralRotor`
-    reach : (m,), displacement of the tip that each amplitude moves most
-    push : (N, m) flat, beta: change of amplitudes by a unit multiplier and its friction
-    opens, slides : (N, m + padded) flat, change of a tip's radial and of its tangential
-        displacement from step n - 1 to n + 1: factors of amplitudes after a step
-        without contact, and of multipliers
-    ring : (N, 2 wide) flat, m/N: part of the ring in the change of gaps, in folded
-        order, due to a unit multiplier on each blade
-    form : coefficients of the energy q^T form q, J, of the amplitudes q: upper triangle
-        by rows, each beginning at a multiple of 4
-    """
-
-    ahead: Floats
-    drift: Floats
-    read: Floats
-    radial: Floats
-    tangential: Floats
-    hub: Floats
-    reach: Floats
-    push: Floats
-    opens: Floats
-    slides: Floats
-    ring: Floats
-    form: Floats
-
-
-class UncoupledRotor(NamedTuple):
-    """Coefficients of a rotor of unequal sectors whose modes rotation does not couple.
-
-    Each mode is a wave, see `whole`. Tip displacements, multiplied by -1, follow from
-    the real parts of the m complex amplitudes alone; m is padded. Attributes not listed
-    here are as in `WholeRotor`.
-
-    Attributes
-    ----------
-    ahead : (2 m,), re and im of z - 1, z the factor by which a step multiplies an
-        amplitude
-    drift, reach : (m,), bounds of the motion of tips, as in `WholeRotor`
-    read, radial, tangential, hub : (N, m) flat, (2, m) flat, displacements for unit
-        real parts
-    push : (N, m) flat, modal forces of a unit multiplier and its friction
-    gives : (2 m,), increments of re and im of an amplitude by a unit modal force
-    moves : (2 m,), change of a mode from step n - 1 to n + 1 without contact, for unit
-        re and im at step n + 1
-    opens, slides : (N, m + padded) flat, change of a tip from step n - 1 to n + 1,
-        radial and tangential: factors of the modes' change without contact, and of
-        multipliers
-    form : (3 m,), J, coefficients of re^2, 2 re im and im^2 in the energy
-    """
-
-    ahead: Floats
-    drift: Floats
-    read: Floats
-    radial: Floats
-    tangential: Floats
-    hub: Floats
-    reach: Floats
-    push: Floats
-    gives: Floats
-    moves: Floats
-    opens: Floats
-    slides: Floats
-    ring: Floats
-    form: Floats
-
-
-class GeneralContact(NamedTuple):
-    """Constants of the contact between a rotor of unequal sectors and a ring.
-
-    w : (N, N), m/N, Delassus matrix; column j: opening of all gaps by a unit multiplier
-        on blade j
-    turns, wave : (N, 2 k) flat; tables of cos and sin between blades and spectra, as in
-        `CyclicContact`
-    """
-
-    w: Floats
-    turns: Floats
-    wave: Floats
-
-
-class GeneralSpace(NamedTuple):
-    """Work space of the time loop for unequal sectors; no part of a saved run.
-
-    Attributes
-    ----------
-    spare : (m + padded,), predicted amplitudes of modes; or, of an `UncoupledRotor`,
-        their change from step n - 1 to n + 1, later the modal forces
-    spectrum : (2 k,), m, spectrum of the gaps, without the rotor's part
-    slip_b, slip_c : (2 m,), (2 k,), m, motions of rotor and casing along the rotation,
-        from which slip is computed, see `general.note_slips`
-    before : (N,), m, gaps of the blades in contact at step n - 1
-    contact : work space of the contact solver, `circulant`
-    rotor, ring, sums_b, sums_c : copies of these arrays of the state (amplitudes of
-        rotor and casing; sums of their works and losses), with the last step completed
-    wall : (2 k,), m, spectrum of an undeformed casing's shape, set in each sample
-    out, again : (2 wide,), m, in folded order (`circulant.folded`): tip displacements
-        times -1, and gaps
-    tips : (N + 1, 2), m, radial and tangential displacement of each tip; then x_o, y_o
-    ledger : copy of the ledger with all works entered, J
-    opened : (2 wide,), m, if the rotor is integrated as waves: gaps, or lower bounds of
-        the gaps that are not computed
-    filled : (k / 4,), for each four nodal diameters, how many modes of the ring each of
-        them has at most, see `passes.filled_rows`
-    """
-
-    spare: Floats
-    spectrum: Floats
-    slip_b: Floats
-    slip_c: Floats
-    before: Floats
-    contact: ConstantSpace
-    rotor: Floats
-    ring: Floats
-    sums_b: Floats
-    sums_c: Floats
-    wall: Floats
-    out: Floats
-    again: Floats
-    tips: Floats
-    ledger: Floats
-    opened: Floats
-    filled: Integers
 
 
 class SampleSpace(NamedTuple):
@@ -354,14 +194,19 @@ class Flight(NamedTuple):
 class PointRows(NamedTuple):
     """Coefficients between P contact points and m amplitudes, a row for each point.
 
-    They are used for unequal sectors, see `points`. `width` is m + P + 2, padded: the
-    number of amplitudes, multipliers, cos and sin of the pulse. The motion of the
-    bodies' material from step n - 1 to n + 1 is called d' + d.
+    They are used for unequal sectors, see `points`. `width` is m + P + FORCES, padded:
+    the number of amplitudes, multipliers, cos and sin of the pulse, x and y of the
+    force on the centre. The motion of the bodies' material from step n - 1 to n + 1 is
+    called d' + d.
 
     Attributes
     ----------
-    read, before : (P, m) flat, change of the point's gap by unit amplitudes, and of its
-        gap two steps before
+    read : (P, r) flat, change of the point's gap by unit amplitudes, of which those
+        after the first r, a multiple of 16, move no point
+    before : (P, m) flat, the same for the gap two steps before
+    turned : (P, 2, c) flat, `before` less the gap two steps before at the point's angle
+        now, for unit re and im of the first c complex amplitudes: those of the casing,
+        and of the steady motion by unbalance; c is a multiple of 16
     push : (P, m) flat, change of amplitudes by the point's unit multiplier and friction
     opens, slides : (P, width) flat, rows that give d' + d of the gap, and of the casing
         relative to the tip along the rotation
@@ -369,6 +214,7 @@ class PointRows(NamedTuple):
 
     read: Floats
     before: Floats
+    turned: Floats
     push: Floats
     opens: Floats
     slides: Floats
@@ -416,6 +262,51 @@ class SectorRows(NamedTuple):
     pairs: int
 
 
+class PointsEnergy(NamedTuple):
+    """The energy of both bodies as a quadratic form of the amplitudes, in blocks.
+
+    Attributes
+    ----------
+    starts : (b + 1,), at which each of b blocks begins in `which`, multiples of 4
+    which : indices of the amplitudes of each block; padded
+    form : J, coefficients of their products: for each block the upper triangle, by
+        rows, each beginning at a multiple of 4
+    split : number of blocks that are the rotor's, which come first
+    """
+
+    starts: Integers
+    which: Integers
+    form: Floats
+    split: int
+
+
+class PointsSupport(NamedTuple):
+    """Supports whose force on the centre no constant matrix gives, see `standing`.
+
+    In a step this force, x and y, changes n of the real amplitudes; n is 0 without such
+    supports, else a multiple of 4.
+
+    Attributes
+    ----------
+    which, used : (n,), indices of these amplitudes; how many are no padding
+    reads : (n, 4) flat, x_o, y_o at the step's start in the motion that contact causes,
+        and their velocities without this force, for unit amplitudes after the free step
+    gives : (n, 2) flat, change of the amplitudes by unit forces x and y
+    nudge, rush : m/N, bounds of the motion of any point due to a unit force: in the
+        step in which it acts; and the increase of the bound given by
+        `PointsRotor.drift`
+    stand : the supports
+    """
+
+    which: Integers
+    used: int
+    reads: Floats
+    gives: Floats
+    nudge: float
+    rush: float
+    stand: Stand
+
+
 class PointsRotor(NamedTuple):
     """Coefficients of rotor and casing as waves, for P contact points, see `points`.
 
@@ -435,10 +326,10 @@ class PointsRotor(NamedTuple):
     radial, along, hub : (P, m), (P, m), (2, m) flat, radial and tangential displacement
         of the points, and x_o, y_o, for unit amplitudes
     reach : (m / 2,), bound of any point's displacement for unit amplitudes
-    pairs, form, split : (e, 2), (e,), J: indices and coefficients of e products of two
-        amplitudes in the energy; the first `split` are the rotor's
+    energy : the energy of both bodies
     casing, shares : (c, 2), (c, 2), for each of the casing's c modes the indices of two
         amplitudes and their factors: the mode is the sum of the products
+    support : supports whose force acts in each step
     """
 
     ahead: Floats
@@ -451,15 +342,14 @@ class PointsRotor(NamedTuple):
     along: Floats
     hub: Floats
     reach: Floats
-    pairs: Integers
-    form: Floats
-    split: int
+    energy: PointsEnergy
     casing: Integers
     shares: Floats
+    support: PointsSupport
 
 
 class PointsContact(NamedTuple):
-    """Constants of the contact of P points, several on each tip, with a ring.
+    """Constants of the contact of P points, one or several on each tip, with a ring.
 
     w : (P, P), m/N, Delassus matrix; column i: opening of all gaps by a unit multiplier
         on point i
@@ -475,12 +365,23 @@ class PointsContact(NamedTuple):
 
 
 class PointsSpace(NamedTuple):
-    """Work space of the time loop `points`; arrays not listed are as in `GeneralSpace`.
+    """Work space of the time loop `points`; no part of a saved run.
 
-    spare : (width,), amplitudes before any force acts, then multipliers and pulse, N
+    Attributes
+    ----------
+    spare : (width,), amplitudes before any force acts, then multipliers and other
+        forces, N
     spectra : spectra of a tip's points, see `sectors.layout`
+    before : (P,), m, gaps of the points in contact at step n - 1
     solver : work space of the contact solver, `circulant`
+    out, again : (2 wide,), m, in folded order (`circulant.folded`): the waves' part of
+        the gaps, or lower bounds of it; gaps computed anew for a sample
+    opened : (2 wide,), m, gaps, or lower bounds of those that are not computed
+    tips : (P + 1, 2), m, radial and tangential displacement of each point; then x_o,
+        y_o
     casing : (c,), amplitudes of the c modes of the casing, rotating frame
+    ledger : copy of the ledger with all works entered, J
+    centre : (n,), the n amplitudes that the supports' force changes, before it acts
     """
 
     spare: Floats
@@ -493,3 +394,4 @@ class PointsSpace(NamedTuple):
     tips: Floats
     casing: Floats
     ledger: Floats
+    centre: Floats

@@ -1,57 +1,25 @@
-"""A rotor of unequal sectors as waves, in `general`'s loop.
+"""Waves with a row of coefficients for each contact point, as `points` needs them.
 
-Each wave of the whole rotor has a complex amplitude a that a step turns into z a. Their
-real and imaginary parts are real amplitudes q (m,), re then im, from which tips follow
-as from modes. The multipliers lambda act at once: q += beta lambda. They follow q in
-the state, s = (q, lambda), so that the change of a tip's displacement from step n - 1
-to n + 1, d' + d, is a row of coefficients times s, see `dynamics.whole_waves`.
+The real and imaginary parts of the waves' complex amplitudes are real amplitudes q
+(m,), re then im. A step without contact multiplies the complex amplitudes by z; gaps
+are rows of coefficients times q, forces change q by such rows. Without rotation a wave
+of the rotor is a mode, whose displacement is its real part, so that rows that give gaps
+are shorter than q.
 
-Without rotation a wave is a mode, whose displacement is its real part: rows for tips
-and forces have half the length (`dynamics.mode_waves`). Only `push_waves` and
-`energies_of` differ.
-
-Only tips that might touch are computed. A sum over the waves bounds the motion of any
-tip in a step, which gives a lower bound of each gap until its tip is computed again.
-If, by these bounds, a solution on some blades leaves all other gaps open, it is the
-solution; where a bound is not open, the tip is computed before a conclusion is drawn.
-So the choice of tips changes no bit.
-
-As in `waves`, the rotor's loss is what contact has added to energy and loss together
-(its work, as `whole_waves.WholeWaves.books` checks), less the present energy.
+Only points that might touch are computed. A sum over the waves bounds the motion of any
+point in a step, which gives a lower bound of each gap until its point is computed
+again. If, by these bounds, a solution on some points leaves all other gaps open, it is
+the solution; where a bound is not open, the point is computed before a conclusion is
+drawn. So the choice of points changes no bit.
 """
 
 from __future__ import annotations
 
 import math
 
-from hpcwhirl.dynamics.kernels.circulant import (
-    CLOSED,
-    correct,
-    first_set,
-    is_usable,
-    multipliers,
-    openings,
-    settle,
-    solve_any,
-)
-from hpcwhirl.dynamics.kernels.compiled import (
-    does,
-    inlined,
-    kernel,
-    part,
-    rare,
-    rare_kernel,
-    verb,
-)
-from hpcwhirl.dynamics.kernels.contact import note_slip
-from hpcwhirl.dynamics.kernels.differences import CENTRAL
-from hpcwhirl.dynamics.kernels.keep_inverse import SIZE, place_of
-from hpcwhirl.dynamics.kernels.passes import copy_to, load_both, store_both
-from hpcwhirl.dynamics.kernels.stepping import (
-    energies_of,
-    energy_of_ring,
-    settle_ring,
-)
+from hpcwhirl.dynamics.kernels.compiled import inlined, part
+from hpcwhirl.dynamics.kernels.keep_inverse import place_of
+from hpcwhirl.dynamics.kernels.passes import load_both, store_both
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -65,10 +33,10 @@ from hpcwhirl.dynamics.kernels.vectors import (
     store,
     total_of,
 )
-from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WholeRotor
 
 EIGHT = 2 * FOUR  # modes and folded blades are padded to a multiple of this
-HELD = 4  # rows of the state's array `held`, see `push_waves`
+ROW = 2 * EIGHT  # numbers that `four_sums` multiplies at once
+HELD = 4  # rows of the state's array `held`, see `point_rows.book_points`
 
 
 @inlined
@@ -284,67 +252,6 @@ def read_near(rows, q, blades, gaps, row, known, tips, whole, where):
 
 
 @inlined
-def read_below(limit, rows, q, blades, gaps, row, again, tips, whole):
-    """Compute the gaps of blades that would be below a limit, m, with contact forces.
-
-    Return whether any gap in `whole` has changed, because only a lower bound of it had
-    been known.
-
-    again : (2 wide,), m, gaps (or their bounds) with the contact forces
-    rows, q, blades, gaps, row, tips, whole : as in `read_near`
-    """
-    modes, wide, changed = len(rows) // blades, len(tips) // 2, False
-    for j in range(blades):
-        place = place_of(j, blades, wide)
-        if again[place] < limit:
-            before, tip = whole[place], tip_by_waves(rows, j, q, modes)
-            gap = put_tip(tip, j, blades, gaps, row, tips, whole)
-            changed = changed or gap != before
-    return changed
-
-
-@rare
-def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
-    """Compute a step's contact forces, where only lower bounds of some gaps are known.
-
-    The result is that of `circulant.solved`: the number of blades in contact, or -1 if
-    there is no solution. Gaps on which the choice of these blades depends are computed
-    first, so that the choice and the bits are the same as if all gaps were known.
-
-    lowest : m, lowest of the gaps in `whole`, < 0
-    space : `kernel_types.ConstantSpace`, which gets the multipliers
-    rows, q, gaps, row, tips, whole, blades : as in `read_near`
-    """
-    wide, known, limit = len(tips) // 2, space.known, CLOSED * lowest
-    first = row - row  # 0, but no literal, which numba would specialise on
-    left = -1  # sets of active blades still to be tried; -1: `first_set` not yet called
-    while left != 0:
-        usable, size = is_usable(blades, known), known[blades + SIZE]
-        pull = below = -1.0
-        if usable:
-            pull = multipliers(whole, first, size, blades, wide, space)
-        more = usable and (pull >= 0.0 or left > 1)
-        while more:
-            below = openings(whole, first, size, wide, space)
-            more = below < limit and read_below(
-                limit, rows, q, blades, gaps, row, space.again, tips, whole
-            )
-        if pull >= 0.0 and below >= limit:
-            return settle(whole, first, size, blades, wide, space)
-        if left < 0:
-            left = first_set(whole, first, blades, wide, space)
-        elif usable:
-            left -= 1
-            if left > 0:
-                correct(limit, blades, wide, space)
-        else:
-            left = 0
-    read_all(rows, q, blades, tips)
-    open_whole(tips, gaps, row, whole)
-    return solve_any(whole, first, blades, wide, space)
-
-
-@inlined
 def size_of(q, half, m):
     """Return upper bounds of four magnitudes: max(|re|, |im|) + min(|re|, |im|) / 2.
 
@@ -374,29 +281,6 @@ def drift_of(q, drift):
 
 
 @inlined
-def yield_apart(push, where, active, opening, ring, gaps, row, tips):
-    """Add the effect of contact forces to `gaps`, the ring's, and `tips`, the rotor's.
-
-    Arrays of gaps are in folded order, see `circulant.folded`.
-
-    push, where, active : multipliers, N, of the blades in contact, where[:active]
-    opening, ring : (N, 2 wide) flat, m/N: change of all gaps by a unit multiplier on
-        each blade, of both bodies, and of the ring alone
-    gaps, row, tips : m, in and out: gaps without the rotor's part, from index `row` on;
-        (2 wide,), the rotor's part
-    """
-    width = len(tips)
-    for v in range(0, width, FOUR):
-        beside, tip = load(gaps, row + v), load(tips, v)
-        for i in range(active):
-            at, force = where[i] * width + v, broadcast(push[i])
-            both, alone = load(opening, at), load(ring, at)
-            beside, tip = fma(alone, force, beside), fma(both - alone, force, tip)
-        store(gaps, row + v, beside)
-        store(tips, v, tip)
-
-
-@inlined
 def with_rest(rows, at, s, modes, sums):
     """Return the product of a row of coefficients and s, begun by `four_sums`.
 
@@ -420,25 +304,6 @@ def moved_by(rows, at, s, modes):
         number of amplitudes
     """
     return with_rest(rows, at, s, modes, four_sums(rows, at, s, modes))
-
-
-@inlined
-def slide(rows, where, active, s, modes, held):
-    """Compute how far blades in contact slide along the casing over two steps, m.
-
-    The motion is that of tips, from step n - 1 to n + 1.
-
-    where, active : the blades are where[:active]
-    rows, s, modes : `WholeRotor.slides`, what its rows are multiplied by, and the
-        number of amplitudes, as in `moved_by`
-    held : (N,) or more, out: entries of these blades
-    """
-    for i in range(0, active, 2):
-        one, other = where[i], where[min(i + 1, active - 1)]
-        at, on = one * len(s), other * len(s)
-        both = eight_sums(rows, at, on, s, modes)
-        held[one] = with_rest(rows, at, s, modes, both[0])
-        held[other] = with_rest(rows, on, s, modes, both[1])
 
 
 @inlined
@@ -486,192 +351,3 @@ def add_rows(rows, push, where, active, s, modes):
         add_four(rows, where, push, i, s, modes)
     for i in range(fours, active):
         add_one(rows, where[i] * modes, push[i], s, modes)
-
-
-@inlined
-def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before,
-                sums, held):  # fmt: skip
-    """Add the works of contact forces to `sums`; add the rotor's part to `before`.
-
-    `before` has the gaps of step n - 1, if the forces act at step n. A blade that was
-    also in contact two steps before, as nearly all are, has moved like the casing: its
-    gap is closed at both steps. For other blades the motion follows from the waves.
-
-    Parameters
-    ----------
-    push, where, active : multipliers, N, of the blades in contact, where[:active]
-    s : (modes + padded,), by which `opens` and `slides` are multiplied: amplitudes, and
-        multipliers, which are set here
-    mu, step : friction with the sign of the speed; number of this step
-    tips, gaps, row, before, sums, held : as in `push_waves`
-    """
-    width, blades = len(s), len(before)
-    padded = width - modes
-    now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
-    for i in range(modes, width):
-        s[i] = 0.0
-    for i in range(active):
-        s[modes + where[i]] = push[i]
-    slide(rotor.slides, where, active, s, modes, held)
-    for i in range(active):
-        j = where[i]
-        place = place_of(j, blades, len(tips) // 2)
-        if held[then + j] == step:
-            opened = before[j] - gaps[row + place]
-            before[j] = 0.0
-        else:
-            opened = moved_by(rotor.opens, j * width, s, modes)
-            before[j] += tips[place] - opened
-        held[now + j] = step + 2
-        sums[0] += push[i] * opened
-        sums[1] += push[i] * held[j]
-        sums[2] += 0.5 * push[i] * (opened + mu * held[j])
-
-
-@verb
-def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
-               sums, held):  # fmt: skip
-    """Apply a step's contact forces to a rotor's waves; add their works to `sums`.
-
-    Arrays (2 wide,) are in folded order, see `circulant.folded`.
-
-    Parameters
-    ----------
-    push, where, active : multipliers, N, of the blades in contact, where[:active]
-    s : state: amplitudes, re, then im, then multipliers of the last step with contact
-    spare : work space, one value for each amplitude
-    mu, step : friction with the sign of the speed; number n of this step
-    tips : (2 wide,), m, the rotor's part of the gaps after contact
-    gaps, row : m, buffer of gaps without the rotor's part; index where those of this
-        step, after contact, begin
-    before : (N,), m, gaps of the blades in contact at step n - 1; in: without the
-        rotor's part, out: with it, since tips are not computed in all steps
-    sums : (3,), J: twice the work of normal forces; twice that of friction, divided by
-        mu; what contact has added to the rotor's energy and its damping loss together
-    held : (HELD padded,), part of the state. First, for each blade, its tip's motion
-        along the casing from step n - 1 to n + 1 when it was last in contact, m. Then
-        three rows, for steps n, n + 1, n + 2 in turn: 2 plus the number of the step in
-        which the blade was in contact, so that 0 means never
-    """
-
-
-@does(push_waves, WholeRotor)
-@inlined
-def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, before,
-               sums, held):  # fmt: skip
-    """Apply a step's contact forces to a rotor's waves; add their works to `sums`.
-
-    The implementation of `push_waves`, with its arguments, for a rotor whose modes are
-    coupled by rotation.
-    """
-    modes = len(rotor.ahead)
-    book_pushes(
-        rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before, sums,
-        held,
-    )  # fmt: skip
-    add_rows(rotor.push, push, where, active, s, modes)
-
-
-@does(push_waves, UncoupledRotor)
-@inlined
-def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
-               sums, held):  # fmt: skip
-    """Apply a step's contact forces to a rotor's waves; add their works to `sums`.
-
-    The implementation of `push_waves`, with its arguments, for a rotor without terms of
-    rotation: each mode is a wave, displaced by the real part of its amplitude.
-
-    spare : work space: motion of the modes over two steps, later modal forces
-    """
-    half = len(rotor.drift)
-    for m in range(0, half, FOUR):
-        (re, im), (a, b) = load_both(s, half, m), load_both(rotor.moves, half, m)
-        store(spare, m, fma(b, im, a * re))
-    book_pushes(
-        rotor, push, where, active, spare, half, mu, step, tips, gaps, row, before,
-        sums, held,
-    )  # fmt: skip
-    for m in range(0, half, FOUR):
-        store(spare, m, broadcast(0.0))
-    add_rows(rotor.push, push, where, active, spare, half)
-    for m in range(0, half, FOUR):
-        (re, im), (a, b) = load_both(s, half, m), load_both(rotor.gives, half, m)
-        force = load(spare, m)
-        store_both(s, half, m, (fma(a, force, re), fma(b, force, im)))
-
-
-@rare
-def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledger):
-    """Raise ledger[SLIP], m/s, to the largest slip of blades in contact in a step.
-
-    The step is number `counted`; see `contact.note_slip`.
-
-    slip_b : (N,), m, each tip's motion along the casing over two steps, from `held` of
-        `push_waves`
-    slip_c : (2 k,), m, that of the casing, a spectrum of k nodal diameters, padded
-    turns : (N, 2 k) flat, cos and -sin of each nodal diameter at each blade
-    known, last : blades in contact in the last solution, see `ConstantSpace`; (N,),
-        number of the step of each blade's last contact
-    step : dt, s
-    """
-    width = len(slip_c)
-    for s in range(known[len(last)]):
-        j = known[s]
-        if last[j] == counted:
-            ring = broadcast(0.0)
-            for c in range(0, width, FOUR):
-                ring = fma(load(turns, j * width + c), load(slip_c, c), ring)
-            note_slip(slip_b[j] + total_of(ring), step, ledger)
-
-
-@kernel
-def settle_whole(c_c, state, copies):
-    """Copy the states of rotor and ring; complete the ring's last step in its copy.
-
-    The rotor's waves already have the last contact forces. Samples are computed from
-    the copies.
-
-    c_c : coefficients of the ring's modes, packed
-    copies : out: arrays like rotor, ring, sums_b, sums_c of the state
-    """
-    t_b, t_c, end_b, end_c = copies
-    copy_to(t_b, state.rotor)
-    copy_to(end_b, state.sums_b)
-    copy_to(end_c, state.sums_c)
-    k = len(end_c) // 4
-    lam = state.lam[len(state.lam) - 4 * k :]
-    settle_ring(CENTRAL, state.ring, t_c, c_c, lam, state.counter, end_c)
-
-
-@does(energies_of, WholeRotor)
-@rare_kernel
-def energies_of_whole(rotor, way, t_b, t_c, c_c, now, step):
-    """Return the energies of a rotor as waves and of the casing ring, J, after a step.
-
-    The implementation of `stepping.energies_of`, which explains the arguments, for a
-    rotor whose modes are coupled by rotation.
-    """
-    modes, at, own = len(rotor.ahead), 0, broadcast(0.0)
-    for i in range(modes):
-        first, row = i - i % FOUR, broadcast(0.0)
-        for m in range(first, modes, FOUR):
-            row = fma(load(rotor.form, at + m - first), load(t_b, m), row)
-        own = fma(broadcast(t_b[i]), row, own)
-        at += modes - first
-    return total_of(own), energy_of_ring(way, t_c, c_c, now, step)
-
-
-@does(energies_of, UncoupledRotor)
-@rare_kernel
-def energies_of_uncoupled(rotor, way, t_b, t_c, c_c, now, step):
-    """Return the energies of a rotor as waves and of the casing ring, J, after a step.
-
-    The implementation of `stepping.energies_of`, which explains the arguments, for a
-    rotor without terms of rotation, each mode of which is a wave.
-    """
-    half, own, form = len(rotor.drift), broadcast(0.0), rotor.form
-    for m in range(0, half, FOUR):
-        re, im = load_both(t_b, half, m)
-        first = fma(load(form, m), re, load(form, half + m) * im * broadcast(2.0))
-        own = fma(re, first, fma(load(form, 2 * half + m), im * im, own))
-    return total_of(own), energy_of_ring(way, t_c, c_c, now, step)

@@ -1,10 +1,8 @@
 """Integrators of schemes `modal` and `exact`, for tips with one contact point each.
 
-Rotors of equal sectors are integrated with the kernel `cyclic`, by nodal diameter: as
-amplitudes of modes or, if rotation couples these, of waves. Rotors of unequal sectors
-are integrated with the kernel `general`, as amplitudes of waves of the whole rotor. The
-casing is rigid or a ring of harmonics. A function that returns None leaves the scene to
-another integrator.
+They are for rotors of equal sectors, with the kernel `cyclic`, by nodal diameter: as
+amplitudes of modes or, if rotation couples these, of waves. The casing is rigid or a
+ring of harmonics. A function that returns None leaves the scene to another integrator.
 """
 
 from __future__ import annotations
@@ -12,8 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
-
-import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.case.unbalance import share_at_start
@@ -23,19 +19,10 @@ from hpcwhirl.dynamics.kernels import contact, cyclic, passes, waves
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.flow import EXACT
-from hpcwhirl.dynamics.kernels.general import general_space, march_whole
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
 from hpcwhirl.dynamics.kernels.stepping import end_step
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
-from hpcwhirl.dynamics.kernels.whole import HELD, settle_whole
-from hpcwhirl.dynamics.mode_waves import (
-    ModeWaves,
-    mode_waves,
-    uncoupled_rotor,
-    unequal_arrays,
-)
 from hpcwhirl.dynamics.motion import modal_steps
-from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes.integrator import Integrator, with_space
 from hpcwhirl.dynamics.schemes.rotating_frame import (
     Ended,
@@ -53,13 +40,6 @@ from hpcwhirl.dynamics.turning_waves import (
     modal_places,
     modes_of,
     wave_arrays,
-)
-from hpcwhirl.dynamics.whole_waves import (
-    WholeWaves,
-    coupled_rotor,
-    padded_blades,
-    reads_of,
-    whole_waves,
 )
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -261,167 +241,3 @@ def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
     whole = EqualSectors(model, scene, arrays, (rotor, 3 * k), places)
     whole.put_on_circle(diameters)
     return whole
-
-
-@dataclass(frozen=True)
-class _WholePlaces:
-    """Conversion between a state's waves of the whole rotor and modal amplitudes.
-
-    The rotor has unequal sectors and terms of rotation; the kernel's state has the real
-    and imaginary parts of the amplitudes of `waves`.
-    """
-
-    waves: WholeWaves
-
-    def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return the rotor's modal amplitudes and velocities, (m,) each, from a state.
-
-        The modes are those at Omega = 0.
-
-        state : the rotor's part of the kernel's state, with no contact forces pending
-        """
-        waves, q = self.waves, state[self.waves.places]
-        return waves.parts(waves.shapes) @ q, waves.parts(waves.rates) @ q
-
-    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Write a motion of the rotor at time 0 into a state.
-
-        Return the modal amplitudes a step earlier, (m,), from which the earlier gaps
-        follow.
-
-        state : out, the rotor's part of the kernel's state
-        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
-        """
-        waves = self.waves
-        scale = float(np.abs(waves.rates).max())
-        basis = np.vstack([waves.parts(waves.shapes), waves.parts(waves.rates) / scale])
-        parts = np.linalg.solve(basis, np.concatenate([q, rate / scale]))
-        state[waves.places] = parts
-        return np.asarray(waves.before @ parts)
-
-
-@dataclass(frozen=True)
-class _SingleModes:
-    """Conversion between a state's waves, one for each mode, and modal amplitudes.
-
-    The rotor has unequal sectors and no terms of rotation; the amplitude of a mode is
-    the real part of its wave's.
-
-    waves : the rotor's modes as waves
-    half : length of the padded real parts of the waves' amplitudes in the kernel's
-        state; as many imaginary parts follow
-    """
-
-    waves: ModeWaves
-    half: int
-
-    def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return the rotor's modal amplitudes and velocities, (m,) each, from a state.
-
-        The modes are those at Omega = 0.
-
-        state : the rotor's part of the kernel's state, with no contact forces pending
-        """
-        re, im = self._parts(state)
-        rates = self.waves.rates
-        return re.copy(), rates.real * re - rates.imag * im
-
-    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Write a motion of the rotor at time 0 into a state.
-
-        Return the modal amplitudes a step earlier, (m,), from which the earlier gaps
-        follow.
-
-        state : out, the rotor's part of the kernel's state
-        q, rate : (m,), amplitudes of the modes at Omega = 0, and their velocities
-        """
-        waves, (re, im) = self.waves, self._parts(state)
-        a = waves.amplitudes(q, rate, waves.rates)
-        re[:], im[:] = a.real, a.imag
-        return np.asarray((a / (1 + waves.ahead)).real)
-
-    def _parts(self, state: Floats) -> tuple[Floats, Floats]:
-        modes, half = len(self.waves.omega), self.half
-        return state[:modes], state[half : half + modes]
-
-
-class UnequalSectors(RotatingFrame):
-    """Integrator of a rotor of unequal sectors by the kernel `general`, as waves.
-
-    arrays : the kernel's constant arrays
-    places : conversion of the rotor's motion between state and modal amplitudes
-    """
-
-    beside = True
-
-    def __init__(
-        self, model: Model, scene: Scene, arrays: Arrays, places: RotorPlaces
-    ) -> None:
-        padded = padded_blades(model.blades)
-        lam = HELD * padded + 4 * widths(model.blades)[0]
-        sizes = len(arrays.rotor.ahead) + padded, lam, 3
-        super().__init__(model, scene, arrays, sizes, places)
-
-    def _kernel(self) -> Any:
-        return with_space(march_whole, lambda: general_space(self.arrays, self.state))
-
-    def _settle(self, state: CyclicState, copies: Ended) -> None:
-        settle_whole(self.arrays.casing.items, state, copies)
-
-    def put_on_circle(self, waves: WholeWaves) -> None:
-        """Set the state so that an unbalanced rotor starts on its circle.
-
-        The circle, the rotor's motion without contact, is the last wave, constant in
-        the rotating frame. If the run must start on a smaller circle, the other waves
-        begin with the difference, at rest, and their energy is entered in the ledger as
-        work of the loading.
-
-        waves : the rotor's other waves
-        """
-        if self.places is None:
-            return
-        share, body, state = (
-            share_at_start(self.model, self.scene),
-            self.model.rotor,
-            self.state,
-        )
-        rest = (share - 1.0) * body.shapes.T @ (body.mass @ self.places)
-        self.rotor.write(state.rotor, rest, 0.0 * rest)
-        state.rotor[waves.half - 1] = 1.0
-        if share < 1.0:
-            state.sums_b[2] = state.ledger[PULSE] = self.balance(state).energy
-
-
-def whole_apart(model: Model, scene: Scene) -> Integrator | None:
-    """Return the integrator of a rotor of unequal sectors as waves, or None.
-
-    None if the model is of one of several equal sectors, if two waves nearly coincide,
-    or if the waves' energy does not agree with the work of contact; also in a ring of
-    elements and on supports that differ by direction or have a film, whose matrices are
-    not constant in the rotating frame.
-    """
-    spin, elements = model.rotor.spin, isinstance(model.ring, RingOperator)
-    plain = spin is None or spin.support.is_plain
-    if elements or model.folds > 1 or not plain:
-        return None
-    if spin is None:
-        modes = mode_waves(model.rotor, scene.solver.time_step)
-        return _of_modes(model, scene, modes) if modes.is_basis else None
-    waves, (radial, along) = whole_waves(model, scene), reads_of(model)
-    forces = radial + friction_with_sign(scene) * along
-    if not (waves.is_basis and waves.books(forces)):
-        return None
-    arrays = unequal_arrays(model, scene, coupled_rotor(model, scene, waves))
-    whole = UnequalSectors(model, scene, arrays, _WholePlaces(waves))
-    whole.put_on_circle(waves)
-    return whole
-
-
-def _of_modes(model: Model, scene: Scene, waves: ModeWaves) -> Integrator:
-    """Return the integrator of unequal sectors whose modes rotation does not couple.
-
-    waves : the rotor's modes as waves, see `dynamics.mode_waves`
-    """
-    arrays = unequal_arrays(model, scene, uncoupled_rotor(model, scene, waves))
-    places = _SingleModes(waves, len(arrays.rotor.drift))
-    return UnequalSectors(model, scene, arrays, places)

@@ -1,8 +1,6 @@
-"""Scheme `general`: any rotor in any casing, in real amplitudes of the modes."""
+"""Scheme `general`: any rotor in any casing, by modes in the time loop `bodies`."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
@@ -12,20 +10,11 @@ import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, law_of
 from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
-from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
-from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.general import (
-    general_space,
-    march_general,
-    settle_general,
-)
-from hpcwhirl.dynamics.kernels.kernel_types import BodiesState, CyclicState
-from hpcwhirl.dynamics.mode_waves import general_rotor, unequal_arrays
-from hpcwhirl.dynamics.motion import FreeSteps, Motion, modal_steps
-from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays, wears
-from hpcwhirl.dynamics.schemes.integrator import Integrator, with_space
-from hpcwhirl.dynamics.schemes.rotating_frame import Ended, ModePlaces, RotatingFrame
+from hpcwhirl.dynamics.kernels.kernel_types import BodiesState
+from hpcwhirl.dynamics.motion import FreeSteps, Motion
+from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays
+from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.schemes.two_bodies import (
     Coordinates,
     TwoBodies,
@@ -35,22 +24,16 @@ from hpcwhirl.dynamics.turning import by_diameter, steps_on, turning
 from hpcwhirl.dynamics.varying import DrivenRotor, DrivenSteps, driven
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-from hpcwhirl.structure import RingOperator
 
 
 def build(model: Model, scene: Scene, _: int) -> Integrator:
     """Return the integrator of a scene by scheme `general`.
 
-    The casing is integrated in the static frame if it is a ring of elements, if
-    rotation couples the rotor's modes, if tips have several contact points or if a
-    layer wears; otherwise in the rotating frame.
+    The casing is integrated in the static frame.
     """
     if model.rotor.spin is not None:
         return (_Driven if law_of(scene) else _Spinning)(model, scene)
-    apart = isinstance(model.ring, RingOperator) or model.rotor.points is not None
-    if apart or wears(scene):
-        return TwoBodies(model, scene, modal_arrays(model, scene))
-    return _RealModes(model, scene)
+    return TwoBodies(model, scene, modal_arrays(model, scene))
 
 
 class _Spinning(TwoBodies):
@@ -168,29 +151,3 @@ class _Driven(TwoBodies):
         whole = self.own.whole
         now = state._replace(q_b=whole(state.q_b), d_b=whole(state.d_b))
         return super().motion(now, steps)
-
-
-class _RealModes(RotatingFrame):
-    """Integrator of uncoupled rotor modes with a ring of harmonics or a rigid casing.
-
-    It works in the rotating frame, in which the ring is the same at every angle.
-    """
-
-    def __init__(self, model: Model, scene: Scene) -> None:
-        arrays = unequal_arrays(model, scene, general_rotor(model, scene))
-        modes, own = len(arrays.rotor.items) // passes.ITEMS, len(model.rotor.omega)
-        sums = 2 * modes + 4 * widths(model.blades)[0], 3 * modes
-        places = ModePlaces(
-            modal_steps(model.rotor, scene.solver.time_step, exact=False),
-            lambda part: part[:own].copy(),
-            lambda q: np.pad(q, (0, modes - own)),
-        )
-        sizes = passes.ROTOR_STATE * modes, *sums
-        super().__init__(model, scene, arrays, sizes, places)
-
-    def _kernel(self) -> Any:
-        return with_space(march_general, lambda: general_space(self.arrays, self.state))
-
-    def _settle(self, state: CyclicState, copies: Ended) -> None:
-        c_b, c_c = self.arrays.rotor.items, self.arrays.casing.items
-        settle_general(c_b, c_c, state, copies)

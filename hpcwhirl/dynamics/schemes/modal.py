@@ -8,7 +8,6 @@ from hpcwhirl.dynamics.schemes.by_sectors import (
     cyclic_modes,
     is_cyclic,
     waves_apart,
-    whole_apart,
 )
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.schemes.several_points import points_apart
@@ -21,18 +20,16 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
 
     - Three or more equal sectors, in a rigid casing or a ring of harmonics: kernel
       `cyclic`, with modes or, if rotation couples these, with waves.
-    - Other rotors in such a casing: waves of the whole rotor.
-    - Tips with several contact points: waves of rotor and casing.
-    - Two waves that nearly coincide, a casing that wears, or a ring of elements: the
-      integrator of scheme `general`.
+    - Other rotors in such a casing, tips with several contact points, and supports that
+      differ by direction or have a film: waves of rotor and casing.
+    - Two waves that nearly coincide, a mode that does not oscillate, a casing that
+      wears, or a ring of elements: the integrator of scheme `general`.
 
     beat : number of time steps between two rows of evidence
     """
     if wears(scene):
         return general.build(model, scene, beat)
-    if model.rotor.points is not None:
-        return points_apart(model, scene) or general.build(model, scene, beat)
-    if is_cyclic(model):
+    if model.rotor.points is None and is_cyclic(model):
         return cyclic_modes(model, scene, beat)
-    waves = waves_apart(model, scene, beat) or whole_apart(model, scene)
-    return waves or general.build(model, scene, beat)
+    one = None if model.rotor.points is not None else waves_apart(model, scene, beat)
+    return one or points_apart(model, scene) or general.build(model, scene, beat)

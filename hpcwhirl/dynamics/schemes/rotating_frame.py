@@ -26,7 +26,7 @@ from hpcwhirl.dynamics.kernels.differences import CENTRAL, Central
 from hpcwhirl.dynamics.kernels.flow import Exact
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
 from hpcwhirl.dynamics.kernels.stepping import column_sums, energies_of
-from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WaveRotor, WholeRotor
+from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 from hpcwhirl.dynamics.motion import (
     Amplitudes,
     Motion,
@@ -234,14 +234,11 @@ class RotatingFrame(Integrator):
     rotor, ring : conversions of the two bodies' motions between state and modal
         amplitudes
     way : how the kernel completes a step: by central differences or the exact flow
-    beside : whether the array of gaps in the state has only clearance and casing, since
-        the kernel adds the rotor's displacement where it needs a gap
     places : (n,), m, displacement of an unbalanced rotor on its circle; None if
         balanced
     """
 
     way: Central | Exact = CENTRAL
-    beside = False
 
     def __init__(
         self,
@@ -293,7 +290,7 @@ class RotatingFrame(Integrator):
         odd, c_c = int(state.counter[contact.STEP] & 1), self.arrays.casing.items
         energies = energies_of(rotor, self.way, s_b, s_c, c_c, odd, step)
         rotation, impact, drag, loss = column_sums(self.way, sums_b, sums_c, step)
-        if isinstance(rotor, WaveRotor | WholeRotor | UncoupledRotor):
+        if isinstance(rotor, WaveRotor):
             loss -= energies[0]  # the sum is what contact has added to energy and loss
         friction = friction_with_sign(self.scene)
         return Balance(sum(energies), loss, rotation, friction * drag, impact)
@@ -323,8 +320,6 @@ class RotatingFrame(Integrator):
         before = self.rotor.write(state.rotor, now.rotor - still, now.rotor_rate)
         casing = self.ring.write(state.ring, now.casing, now.casing_rate)
         seen = [now, now._replace(rotor=before + still, casing=casing)]
-        if self.beside:
-            seen = [each._replace(rotor=0.0 * each.rotor) for each in seen]
         write_gaps(state, model, scene, *seen)
         begun = self.balance(state)
         state.ledger[contact.PULSE] = begun.energy

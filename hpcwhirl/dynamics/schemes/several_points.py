@@ -1,15 +1,15 @@
-"""Integrator of tips with several contact points each: waves of rotor and casing."""
+"""Integrator of rotor and casing as waves, with one or several points a tip."""
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.case.profile import NEVER, release_step
-from hpcwhirl.case.speed import angle_at, law_of
-from hpcwhirl.case.unbalance import circle
+from hpcwhirl.case.speed import Interval, angle_at, law_of
+from hpcwhirl.case.unbalance import share_at_start, steady_at
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -19,10 +19,11 @@ from hpcwhirl.dynamics.kernels.points import (
     march_points,
     points_space,
 )
+from hpcwhirl.dynamics.kernels.vectors import aligned_zeros
 from hpcwhirl.dynamics.kernels.whole import HELD
-from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes
+from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes, lowering
 from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.point_arrays import point_arrays
+from hpcwhirl.dynamics.point_arrays import TurningCasing, point_arrays
 from hpcwhirl.dynamics.point_waves import PointWaves, point_waves, real_rows
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
@@ -33,6 +34,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
 )
 from hpcwhirl.dynamics.schemes.rotating_frame import nothing_booked
 from hpcwhirl.dynamics.slots import ring_turned
+from hpcwhirl.dynamics.turning import added_by, included_in
 from hpcwhirl.dynamics.whole_waves import padded_blades
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -40,34 +42,34 @@ from hpcwhirl.structure import RingOperator
 
 
 def points_apart(model: Model, scene: Scene) -> Integrator | None:
-    """Return the integrator of tips with several contact points, or None.
+    """Return the integrator of rotor and casing as waves, or None.
 
-    It integrates waves of rotor and casing, which need matrices that are constant in
-    the rotating frame: None for a ring of elements, supports that differ by direction
-    or have a film, or a speed that changes. None also for an unbalance, for a casing
-    that is let go, and where two waves nearly coincide.
+    None for a ring of elements, which is not the same at every angle; for the model of
+    one of several sectors; for a rotor with terms of rotation whose speed changes; and
+    where two waves nearly coincide.
     """
-    spin = model.rotor.spin
-    plain = spin is None or spin.support.is_plain
-    steady = law_of(scene) is None and circle(model, scene) is None
-    let_go = release_step(scene) != NEVER
-    if isinstance(model.ring, RingOperator) or not plain or not steady or let_go:
+    driven = model.rotor.spin is not None and law_of(scene) is not None
+    if isinstance(model.ring, RingOperator) or model.folds > 1 or driven:
         return None
     waves = point_waves(model, scene)
-    return None if waves is None else _SeveralPoints(model, scene, waves)
+    return None if waves is None else BothAsWaves(model, scene, waves)
 
 
-class _SeveralPoints(Integrator):
-    """Integrator of waves of rotor and casing, for several contact points a tip.
+class BothAsWaves(Integrator):
+    """Integrator of waves of rotor and casing, for one or several points a tip.
 
-    The state has the amplitudes of both bodies' waves in the rotating frame.
+    The state has the amplitudes of both bodies' waves in the rotating frame, and those
+    of the steady motion of an unbalanced rotor.
 
+    Attributes
+    ----------
+    reads : how the waves move the contact points, and forces the waves
     waves : waves of both bodies, with their indices among the state's amplitudes
     """
 
     def __init__(self, model: Model, scene: Scene, waves: PointWaves) -> None:
-        arrays, self.waves = point_arrays(model, scene, waves)
-        points = model.contacts
+        arrays, self.reads = point_arrays(model, scene, waves)
+        self.waves, points = self.reads.waves, model.contacts
         sizes = 2 * self.waves.half, 0, HELD * padded_blades(points), 3
         state = at_rest(points, scene.gap, sizes)
         chosen = folded(points, widths(points)[1])
@@ -76,10 +78,57 @@ class _SeveralPoints(Integrator):
         march = cast(Any, march_points)
         self.kernel = with_space(march, lambda: points_space(arrays, state))
         self.casing_width = len(arrays.rotor.casing)
+        state.rotor[self.waves.apart[2]] = 1.0
+        if len(self.waves.apart[2]):
+            self._put_on_circle()
+
+    def _put_on_circle(self) -> None:
+        """Set the state so that an unbalanced rotor starts on its circle.
+
+        If the run must start on a smaller circle, the other waves begin with the
+        difference, at rest, and their energy is entered in the ledger as work of the
+        loading.
+        """
+        model, scene, state, step = (
+            self.model, self.scene, self.state, self.scene.solver.time_step
+        )  # fmt: skip
+        share = share_at_start(model, scene)
+        lower = (share - 1.0) * model.rotor.shapes.T @ model.rotor.mass
+        before, now, after = (
+            lower @ steady_at(model, scene, time) for time in (-step, 0.0, step)
+        )
+        self._write(now, (after - before) / (2.0 * step))
+        if share < 1.0:
+            state.sums_b[2] = state.ledger[contact.PULSE] = self.balance(state).energy
+
+    def _write(self, q: Floats, rate: Floats) -> None:
+        """Write the motion that contact causes of the rotor at time 0 into the state.
+
+        q, rate : (m,), amplitudes of the modes at rest, and their velocities
+        """
+        stand = self.arrays.rotor.support.stand
+        if len(stand.hub):
+            rate = rate - included_in(stand, q, rate)
+        self.state.rotor[self.waves.places()[0]] = self.waves.rotor.write(q, rate)
+
+    def _of_rotor(self, state: CyclicState, steps: int) -> tuple[Floats, Floats]:
+        """Return the rotor's modal amplitudes and velocities, (m,) each, in a state.
+
+        steps : number of time steps taken so far
+        """
+        body, steady = self.waves.rotor, self.waves.steady
+        own, turned = state.rotor[self.waves.places()[0]], self.waves.apart[2]
+        q, rate = (real_rows(rows) @ own for rows in (body.shapes, body.rates))
+        stand, time = self.arrays.rotor.support.stand, steps * body.step
+        if len(stand.hub):
+            rate = rate + added_by(stand, q, rate, time)
+        a = state.rotor[turned] + 1j * state.rotor[self.waves.half + turned]
+        return q + (steady.shapes @ a).real, rate + (steady.rates @ a).real
 
     def balance(self, state: CyclicState) -> Balance:
         """Return energies, losses and works in a state, which complete the ledger."""
-        energy = sum(energies_of_points(self.arrays.rotor, state.rotor))
+        work = aligned_zeros(len(state.rotor))[0]
+        energy = sum(energies_of_points(self.arrays.rotor, state.rotor, work))
         normal, drag, given = state.sums_b
         friction = friction_with_sign(self.scene)
         return Balance(energy, given - energy, normal / 2, friction * drag / 2)
@@ -90,14 +139,17 @@ class _SeveralPoints(Integrator):
         steps : number of time steps taken so far, from which the angle of the rotor
             follows
         """
-        q, bodies = state.rotor, (self.waves.rotor, self.waves.casing)
-        rotor, casing = (
-            (real_rows(body.shapes) @ q[place], real_rows(body.rates) @ q[place])
-            for body, place in zip(bodies, self.waves.places(), strict=True)
+        body, place = self.waves.casing, self.waves.places()[1]
+        casing = (
+            real_rows(rows) @ state.rotor[place] for rows in (body.shapes, body.rates)
         )
-        angle = -float(angle_at(self.scene, steps, self.scene.solver.time_step))
+        angle = -self._angle(steps)
         still = (ring_turned(self.model, part, angle) for part in casing)
+        rotor = self._of_rotor(state, steps)
         return unfold(self.model, Amplitudes(*rotor, *still))
+
+    def _angle(self, steps: int) -> float:
+        return float(angle_at(self.scene, steps, self.scene.solver.time_step))
 
     def begin(self, motion: Motion) -> bool:
         """Start from a given motion; return whether the state can represent it."""
@@ -105,13 +157,67 @@ class _SeveralPoints(Integrator):
         if now is None:
             return False
         nothing_booked(state, exact=False)
-        own, beside = self.waves.places()
-        state.rotor[own] = self.waves.rotor.write(now.rotor, now.rotor_rate)
+        body, beside = self.model.rotor, self.waves.places()[1]
+        still = np.zeros(len(now.rotor))
+        if len(self.waves.apart[2]):
+            steady = steady_at(self.model, self.scene, 0.0)
+            still = body.shapes.T @ (body.mass @ steady)
+        self._write(now.rotor - still, now.rotor_rate)
         if len(beside):
             state.rotor[beside] = self.waves.casing.write(now.casing, now.casing_rate)
         energy = self.balance(state).energy
         state.ledger[contact.PULSE] = state.sums_b[2] = energy
         return True
+
+    @cached_property
+    def _turning(self) -> TurningCasing:
+        return TurningCasing(self.arrays.rotor, self.reads)
+
+    def refresh(self, state: CyclicState | None, now: Interval) -> None:
+        """Change the casing's coefficients to those of a new interval of the speed.
+
+        The meaning of the amplitudes stays.
+
+        state, now : as for `Integrator.refresh`
+        """
+        if law_of(self.scene) is None:
+            return
+        self._turning.set(now.turn * self.scene.solver.time_step)
+        if state is not None:
+            self._change_gaps(state)
+
+    @staticmethod
+    def _change_gaps(state: CyclicState) -> None:
+        """Mark the contacts of the last steps: gaps before follow from no coefficient.
+
+        See `held` of `point_rows.book_points`.
+        """
+        padded = len(state.lam) // HELD
+        state.lam[padded:] = -np.abs(state.lam[padded:])
+
+    def release(self, state: CyclicState, places: Floats, steps: int) -> None:
+        """Let go of a casing held in a shape: add the shape to a state's motion.
+
+        The gaps of the last two steps, which include the shape, are those of an
+        undeformed casing afterwards, since the amplitudes have it.
+
+        state, places, steps : as for `Integrator.release`
+        """
+        body, model = self.model.casing, self.model
+        if body is None:
+            raise TypeError(body)
+        q = lowering(body, model.shapes[1]) @ places
+        before = self.balance(state).energy
+        turned = ring_turned(model, q, self._angle(steps))
+        state.rotor[self.waves.places()[1]] += self.waves.casing.write(turned, 0.0 * q)
+        state.sums_b[2] += self.balance(state).energy - before
+        self._change_gaps(state)
+        chosen = folded(model.contacts, widths(model.contacts)[1])
+        rows = state.gaps.reshape(3, -1)
+        for step in (steps - 1, steps):
+            angle = self._angle(step)
+            shape = self.reads.w @ ring_turned(model, q, angle)
+            rows[step % 3] -= shape[chosen]
 
     def _static(self, copies: Floats, stride: int) -> Floats:
         steps = stride * np.arange(1.0, len(copies) + 1)
