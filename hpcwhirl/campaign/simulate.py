@@ -30,6 +30,7 @@ from hpcwhirl.analysis.regimes import (
 )
 from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.analysis.whirl import static_frame
+from hpcwhirl.case.limits import told_of_film
 from hpcwhirl.case.profile import told_of_profile
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import angle_at, changes
@@ -336,7 +337,8 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     """Return remarks for the user on a case, such as why it ended early.
 
     Others tell of a free motion that grows, of motion beyond the clearance of a squeeze
-    film, and of a profile that the harmonics of the casing do not follow well.
+    film, of its error in time, and of a profile that the harmonics of the casing do not
+    follow well.
 
     Parameters
     ----------
@@ -353,6 +355,9 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     rotor = scene.engine.rotor
     if rotor.film_viscosity > 0.0 and row["centre_peak"] > rotor.film_clearance:
         notes.append(BEYOND_FILM)
+    if rotor.film_viscosity > 0.0:
+        case, peak = resolve(scene), float(row["centre_peak"])
+        notes += filter(None, [told_of_film(case.model, case.scene, peak)])
     if told := told_of_profile(scene):
         notes.append(told)
     return notes

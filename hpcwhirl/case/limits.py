@@ -34,7 +34,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.numbers import one_thread, representable, zero_between
-from hpcwhirl.reduction.supports import Bearing, Support
+from hpcwhirl.reduction.supports import Bearing, Support, film_shares
 from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
@@ -45,6 +45,9 @@ from hpcwhirl.structure import RingOperator
 MOST_KEPT = 32  # number of cached models, as in `reduction.model`
 # largest (1 - t) (1 + 3 t) / (1 + t), t = Omega / (w + Omega) = 0.155, see `turned`
 SLOWER = 1.072
+BY_FILM = 0.01  # error of a film in time, relative to dt c / m, see `film_error`
+IN_FILM = 0.5  # eccentricity up to which a film has the accuracy that is asked for
+USUAL_OF_FILM = 0.01  # error above which it is told where no accuracy is asked for
 SAFE = 0.9  # largest ratio of a step chosen by accuracy to the limits of the step
 MATTERS = 1e-2  # least compliance of a mode that counts, relative to the largest
 PER_PERIOD = 12.0  # rows of evidence per period of `fastest_line`
@@ -458,7 +461,7 @@ def step_asked(model: Model, scene: Scene) -> float:
     terms of rotation for every wave, see `turned`. It is at most `SAFE` of the limits
     by stability of both bodies, pulse, rotation, layer and wall. Modes with omega above
     the rotor's `reach`, which only a basis for all speeds has, need no accuracy: their
-    omega counts as `reach`.
+    omega counts as `reach`. A squeeze film has this accuracy up to `IN_FILM`.
     """
     rotor, accuracy = model.rotor, scene.solver.accuracy
     phases = [longest_phase(accuracy, float(ratio)) for ratio in rotor.ratios]
@@ -468,12 +471,52 @@ def step_asked(model: Model, scene: Scene) -> float:
         omega = turned(omega, extremes(scene)[1])
         stiffer = max(1.0, model.limits(0.0)["rotor"] / bodies["rotor"])
     step = 1.0 / float((stiffer * omega / phases).max())
+    if (rate := film_error(model, 1.0, IN_FILM)) > 0.0:
+        step = min(step, accuracy / rate)
     turns = longest_turn(model, scene), longest_over_layer(scene)
     limits = [*bodies.values(), *turns]
     if scene.is_loaded:
         limits.append(scene.pulse / FEWEST_IN_PULSE)
     limits += [limit for limit in wall_limits(scene).values() if limit > 0.0]
     return min(step, SAFE * min(limits))
+
+
+def film_error(model: Model, step: float, eccentricity: float) -> float:
+    """Return an estimate of a squeeze film's relative error in time; 0 without a film.
+
+    It is that of the centre's motion, relative to its largest. A step's contact is not
+    among the velocities that give the film's force in the same step: the error is of
+    first order, BY_FILM dt c / m, c being the damping along the eccentricity and 1 / m
+    the mobility of the centre. BY_FILM is the largest value found in runs with contact
+    up to an eccentricity of 0.83.
+
+    step, eccentricity : dt, s; largest displacement of the centre over the clearance
+    """
+    spin = model.rotor.spin
+    own = spin.support.at(0.0) if spin else None
+    if own is None or own.film == 0.0:
+        return 0.0
+    mobility = float((centre_rows(model.rotor, model.blades) ** 2).sum()) / 2.0
+    return BY_FILM * step * own.film * film_shares(eccentricity)[0] * mobility
+
+
+def told_of_film(model: Model, scene: Scene, peak: float) -> str:
+    """Return a remark on a film's error in time beyond what is asked for, else "".
+
+    model : the model of all sectors
+    scene : with the time step and accuracy
+    peak : m, largest displacement of the centre
+    """
+    clearance = scene.engine.rotor.film_clearance
+    asked = scene.solver.accuracy or USUAL_OF_FILM
+    error = film_error(model, scene.solver.time_step, peak / clearance)
+    if error <= asked:
+        return ""
+    return (
+        f"the squeeze film's error in time is some {min(error, 1.0):.2g} of the "
+        f"centre's motion, at {peak / clearance:.3g} of the clearance; time_step = "
+        f"{scene.solver.time_step * asked / error:.2g} s would make it {asked:g}"
+    )
 
 
 def fastest_line(model: Model, speed: float) -> float:

@@ -186,7 +186,7 @@ def intervals() -> None:
         for part in (1.0, 0.5, 0.25, 1 / 16):
             with _accuracy(speed.USUAL * part**2):
                 march, history = _run(**given)
-                found.append((march.schedule.every, history.centre))
+                found.append((march.schedule.sections[0].every, history.centre))
         best = found[-1][1]
         for every, centre in found[:-1]:
             away = np.abs(centre - best).max() / np.hypot(*best.T).max()

@@ -9,6 +9,8 @@ from jeffcott import HEAVY, MASS, OWN, set_off, stiff
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.case.limits import film_error
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.unbalance import facts_of_unbalance
 from hpcwhirl.cli import main
@@ -192,3 +194,44 @@ def test_a_centre_that_leaves_the_film_is_told(tmp_path, capsys, clearance, beyo
     assert (BEYOND_FILM in capsys.readouterr().err) == beyond
     assert main(["cases", file, "--columns", "message", "--csv"]) == 0
     assert (BEYOND_FILM in capsys.readouterr().out) == beyond
+
+
+STRONG = {  # oil and load of films in contact, by how much they damp
+    "thin": {"film_viscosity": 0.002, "film_clearance": 5e-5, "force": 3e4},
+    "wide": {"film_viscosity": 0.05, "film_clearance": 2e-4, "force": 1e5},
+    "light oil": {"film_viscosity": 2e-4, "film_clearance": 3e-5, "force": 3e4},
+}
+
+
+@pytest.mark.parametrize("name", STRONG)
+def test_a_film_s_error_in_time_is_within_its_estimate(name):
+    """In contact, against a step four times shorter: of first order, and not above."""
+    paths = []
+    for step in (2e-6, 1e-6, 5e-7):
+        given = {**STRONG[name], "speed": 300.0, "duration": 6e-3, "time_step": step}
+        march = march_of(**given, traces="full", interval=2e-5)
+        history = march.run()
+        paths.append(history.centre)
+    size = np.hypot(*paths[-1].T).max()
+    away = [np.hypot(*(path - paths[-1]).T).max() / size for path in paths[:2]]
+    assert away[0] == pytest.approx(3.0 * away[1], rel=0.2)
+    share = history.centre_peak / STRONG[name]["film_clearance"]
+    told = film_error(march.model, 2e-6, share)
+    assert 0.2 * told < 4.0 / 3.0 * away[0] < told
+
+
+def test_accuracy_counts_a_film_s_error_in_time():
+    case = resolve(apply_settings(Scene(), SMALL | STRONG["thin"] | {"accuracy": 1e-4}))
+    assert film_error(case.model, case.step, 0.5) == pytest.approx(1e-4)
+    oil = {"film_viscosity": 0.0}
+    other = resolve(apply_settings(case.given, oil))
+    assert case.step < 0.5 * other.step
+    assert film_error(other.model, other.step, 0.5) == 0.0
+
+
+def test_a_film_that_errs_by_more_than_is_asked_for_is_told():
+    given = SMALL | STRONG["wide"] | {"speed": 300.0, "duration": 6e-3}
+    scene = apply_settings(Scene(), given | {"time_step": 4e-6})
+    (told,) = simulate(scene).notes
+    assert told.startswith("the squeeze film's error in time is some 0.0")
+    assert simulate(apply_settings(scene, {"time_step": 5e-7})).notes == ()
