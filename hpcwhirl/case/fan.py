@@ -30,6 +30,7 @@ from typing import Any
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError, shown, unknown
 from hpcwhirl.reduction.families import Line, modal_table
+from hpcwhirl.reduction.numbers import representable
 from hpcwhirl.scene import Rotor, Scene, scene_from
 from hpcwhirl.scene.rules import AS_THE_REST
 from hpcwhirl.structure import blade_stiffness
@@ -120,6 +121,12 @@ def scene_of_fan(fan: Fan) -> tuple[Scene, Checked]:
         if a number is impossible for a fan, or no thickness gives the frequency
     """
     _check(fan)
+    with representable("a fan of these dimensions"):
+        return _scene_of(fan)
+
+
+def _scene_of(fan: Fan) -> tuple[Scene, Checked]:
+    """Return `scene_of_fan` of checked dimensions."""
     full = fan.full_speed or TIP_SPEED / fan.radius
     wanted = fan.frequency or OF_FULL_SPEED * full / (2 * math.pi)
     stiffer, frequency = 1.0, math.nan

@@ -58,6 +58,7 @@ TELL = {
 TELLING = {"-h", "--help", "--version", "--dry-run", "--example"}  # so do these options
 LAYOUT = {ord(c): " " for c in "\n\t\xa0"}  # white space allowed in arguments
 TOGETHER = ("campaign", "gather", "doctor")  # commands that all ranks run
+NO_THREAD = "can't start new thread"
 NO_MEMORY = ("failed to map segment", "cannot allocate memory", "out of memory")
 
 
@@ -166,7 +167,8 @@ def tell_failure(failed: Exception) -> int:
     lacking = isinstance(failed, ImportError | OSError) and any(
         words in message for words in NO_MEMORY
     )
-    if lacking or isinstance(failed, MemoryError):
+    threadless = isinstance(failed, RuntimeError) and NO_THREAD in message
+    if lacking or threadless or isinstance(failed, MemoryError):
         tell_error(f"not enough memory{_limit()}: {str(failed) or 'imports'}")
         return WRONG_INPUT
     if isinstance(failed, OSError) and (failed.filename or code_of(failed) == STOPPED):

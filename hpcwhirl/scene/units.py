@@ -221,6 +221,13 @@ def units_asked(text: str | None, known: Sequence[str]) -> tuple[str, ...]:
 
 @lru_cache(maxsize=256)
 def _factor(given: str, wanted: str) -> Decimal:
+    from cf_units import suppress_errors
+
+    with suppress_errors():  # UDUNITS prints lines of its own
+        return _factor_of(given, wanted)
+
+
+def _factor_of(given: str, wanted: str) -> Decimal:
     from cf_units import Unit
 
     allowed = f"in {wanted} or a unit of the same kind" if wanted != "1" else "a number"

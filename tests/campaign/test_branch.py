@@ -235,6 +235,10 @@ def test_after_a_case_that_leaves_no_motion_a_branch_begins_anew():
         ({"branch": {"over": "gap"}}, "over must be a numeric input of [sweep], got"),
         ({"branch": {}}, "over"),
         ({"branch": {"over": "speed", "starts": [310]}}, "starts must be values of"),
+        (
+            {"branch": {"over": "speed", "starts": [320] * 9000}},
+            "starts must be different values, got 320.0 9000 times",
+        ),
         ({"branch": {"over": "speed", "directions": "left"}}, "both"),
         ({"refine": {"over": "speed", "levels": 1}}, "words must be 'branch' with"),
         ({"refine": ALONG | {"over": "friction"}}, "over must be speed, as in"),

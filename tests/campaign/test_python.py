@@ -500,6 +500,20 @@ def test_a_row_that_was_recorded_but_not_gathered_is_told(
     assert "1 of 6 cases failed, 1 of them without a row" in capsys.readouterr().err
 
 
+def test_a_campaign_within_its_own_measure_is_refused_at_once(tmp_path):
+    """It would wait for itself, ten seconds in every case."""
+    out = tmp_path / "out"
+
+    def nested(case):
+        hpcwhirl.campaign(TABLES, out)
+        return {"x": float(case.speed)}
+
+    with hpcwhirl.campaign(TABLES, out, measure=nested, variables={"x": "1"}) as data:
+        (why,) = set(data.measure_message.to_numpy().tolist())
+        assert "is being computed by this process already" in why
+        assert (data.status == "ok").all()
+
+
 def test_threads_of_the_callers_blas_change_no_bit_and_stay_as_they_were():
     """OpenBLAS rounds the matrices of a step otherwise on two threads than on one."""
     free = {n: v for n, v in ENVIRONMENT.items() if not n.endswith("_NUM_THREADS")}

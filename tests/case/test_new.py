@@ -196,3 +196,15 @@ def test_every_number_of_a_fan_may_be_infinite_and_is_refused():
     for name in ("radius", "gap", "full_speed", "frequency"):
         with pytest.raises(InputError):
             scene_of_fan(dataclasses.replace(Fan(), **{name: math.inf}))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("radius", 1e300), ("gap", 1e300), ("full_speed", 1e300), ("frequency", 1e300),
+     ("radius", 1e-300), ("full_speed", 1e-300), ("frequency", 1e-300)],
+)  # fmt: skip
+def test_an_extreme_dimension_of_a_fan_is_refused_in_one_line(name, value):
+    """Neither a traceback nor a warning of NumPy, which is an error in these tests."""
+    with pytest.raises(InputError) as refused:
+        scene_of_fan(dataclasses.replace(Fan(), **{name: value}))
+    assert "\n" not in str(refused.value)

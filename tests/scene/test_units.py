@@ -68,11 +68,15 @@ def test_a_scene_with_units_is_the_scene_without():
         ("nodal_diameter=2 mm", "nodal_diameter must be a whole number"),
         ("pulse=1 days since 2000-01-01", "pulse must be in s"),
         ("pulse=1 lg(re 1 s)", "pulse must be in s"),
+        ("gap=0.8 m^1.0", "gap must be in m"),
+        ("gap=0.8 m/0", "gap must be in m"),
+        ("gap=1 m^99999999999", "gap must be in m"),
     ],
 )
-def test_a_unit_of_another_kind_is_one_clear_line(text, told):
+def test_a_unit_of_another_kind_is_one_clear_line(text, told, capfd):
     with pytest.raises(InputError) as failed:
         apply_settings(Scene(), dict([parse_setting(text)]))
+    assert capfd.readouterr().err == ""  # of UDUNITS
     assert told in str(failed.value)
     assert "\n" not in str(failed.value)
 

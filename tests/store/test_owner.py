@@ -139,7 +139,7 @@ def test_a_killed_owner_of_this_machine_is_taken_over_unasked(tmp_path, reaped):
 def test_a_later_process_of_the_same_number_is_not_the_owner(tmp_path):
     own = {"machine": machine(), "pid": os.getpid(), "ticks": begun(os.getpid())}
     path = foreign(tmp_path, **own)
-    with pytest.raises(InputError, match="is being computed by process"):
+    with pytest.raises(InputError, match="is being computed by this process"):
         Claims(tmp_path).make("campaign")
     path.unlink()
     foreign(tmp_path, **own | {"ticks": own["ticks"] - 1})

@@ -5,6 +5,7 @@ A branch is such a sequence of cases, with ascending or descending values of one
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -93,12 +94,17 @@ def _branches(table: BranchTable, values: list[Any]) -> list[tuple[str, list[Any
     table : table [branch]
     values : values of the input that varies along branches, ascending
     """
-    strange = [start for start in table.starts if start not in values]
+    starts = table.starts
+    strange = [start for start in starts if start not in values]
     if strange:
         msg = f"[branch] starts must be values of [sweep] {table.over}, got "
         raise InputError(msg + shown(strange[0]))
+    for value, times in Counter(starts).most_common(1):
+        if times > 1:
+            msg = f"[branch] starts must be different values, got {shown(value)} "
+            raise InputError(f"{msg}{times} times")
     found = []
-    for start in table.starts or (None,):
+    for start in starts or (None,):
         end = f" from {start:.10g}" if start is not None else ""
         up = [v for v in values if start is None or v >= start]
         down = [v for v in reversed(values) if start is None or v <= start]

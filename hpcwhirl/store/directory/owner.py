@@ -95,6 +95,13 @@ class Owner:
         """Whether the process of the claim runs on this machine."""
         return self.known.get("machine") == machine()
 
+    @property
+    def is_this(self) -> bool:
+        """Whether the process of the claim is this one."""
+        pid = os.getpid()
+        own = (pid, begun(pid))
+        return self.here and (self.known["pid"], self.known["ticks"]) == own
+
     def __str__(self) -> str:
         """Return number, host, start and command of the process, for messages."""
         if not self.known:
@@ -288,6 +295,12 @@ class Asking:
         InputError
             naming the run that computes in the directory
         """
+        if claim.kind != RESULTS and any(other.is_this for other in others):
+            raise InputError(
+                f"{claim.claims.folder} is being computed by this process already: a "
+                "campaign within a measure, or in another thread, needs another "
+                "directory"
+            )
         waited = time.monotonic() - self._begun
         if not self._told and waited >= SOON:
             self._told = True
