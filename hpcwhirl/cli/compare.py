@@ -116,11 +116,8 @@ def _print(
 
 def _draw(args: argparse.Namespace, found: Comparison) -> None:
     """Write the figure of --plot."""
-    from hpcwhirl.report.canvas import save, tell_in_units
-    from hpcwhirl.report.figures.comparison import axes_of, draw_comparison
+    from hpcwhirl.report.figures.comparison import axes_of, write_comparison
 
     asked = [variable_of(n, found.over) if n else None for n in (args.x, args.y)]
     with showing(asked_units(args.units)):
-        figure = draw_comparison(found, *axes_of(found, *asked))
-        tell_in_units(figure)
-        print(save(figure, args.plot))
+        print(write_comparison(found, axes_of(found, *asked), args.plot))

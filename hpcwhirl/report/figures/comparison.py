@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,29 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.comparison import Comparison
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.canvas import axis_of, legend_below, name_of, new_figure
+from hpcwhirl.report.canvas import (
+    axis_of,
+    in_defaults,
+    legend_below,
+    name_of,
+    new_figure,
+    save,
+    tell_in_units,
+)
 from hpcwhirl.scene.words import SHOWN
 
 SAME, CHANGED = 26.0, 110.0  # areas of marks, points²
+
+
+@in_defaults
+def write_comparison(found: Comparison, over: tuple[str, str], path: Path) -> Path:
+    """Draw two campaigns side by side, see `draw_comparison`; return `path`.
+
+    over : inputs of the axes
+    """
+    figure = draw_comparison(found, *over)
+    tell_in_units(figure)
+    return save(figure, path)
 
 
 def draw_comparison(found: Comparison, x: str, y: str) -> Any:
