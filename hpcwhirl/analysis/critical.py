@@ -21,6 +21,7 @@ from hpcwhirl.reduction.families import (
 )
 from hpcwhirl.reduction.modes import ModalModel, SpinBlock
 from hpcwhirl.reduction.numbers import zero_between
+from hpcwhirl.reduction.supports import Bearing
 from hpcwhirl.reduction.waves import wave_roots
 
 REACH = 3.0  # highest speed searched / critical speed by frequencies at rest
@@ -62,7 +63,8 @@ def critical_of_waves(
     0 the frequency, in the rotating frame, of the wave against the rotation. It is
     solved for 1F, and for the families that move the shaft (n = 1 only). A critical
     speed is the lowest speed at which the left side rises through n omega_c, searched
-    up to `REACH` times the critical speed that follows from frequencies at rest.
+    up to `REACH` times the critical speed that follows from frequencies at rest, and
+    for waves that move the centre within the range of a bearing's table.
 
     Parameters
     ----------
@@ -83,14 +85,14 @@ def critical_of_waves(
         for rank, family in moving_ranks(model, k).items():
             most = orders if family == "1F" else 1
             levels = [casing[k] * n for n in range(1, most + 1)]
-            top = REACH * (piece.omega[rank] + levels[-1]) / k
+            top = REACH * float(piece.omega[rank] + levels[-1]) / k
             at = len(piece.omega) + rank  # backward, by Im s
 
             def line(speed: float, at: int = at, piece: SpinBlock = piece) -> float:
                 root = wave_roots(model, piece, float(speed))[at]
                 return float(piece.k * speed - root.imag)
 
-            speeds = _crossings(line, levels, top)
+            speeds = _crossings(line, levels, _within(model, piece, top))
             rows += [
                 {"nodal_diameter": k, "order": n, "speed": speed, "family": family}
                 for n, speed in speeds.items()
@@ -98,8 +100,20 @@ def critical_of_waves(
     return sorted(rows, key=itemgetter("nodal_diameter", "order", "speed"))
 
 
+def _within(model: ModalModel, piece: SpinBlock, top: float) -> tuple[float, float]:
+    """Return the speeds, rad/s, of a search that begins at 0 and ends at `top`.
+
+    Waves that move the centre are known only within the range of a bearing's table.
+    """
+    support = model.terms.support
+    if not (piece.hub.any() and isinstance(support, Bearing)):
+        return 0.0, top
+    low, high = support.range
+    return low, min(top, high)
+
+
 def _crossings(
-    line: Callable[[float], float], levels: Sequence[float], top: float
+    line: Callable[[float], float], levels: Sequence[float], ends: tuple[float, float]
 ) -> dict[int, float]:
     """Return {n: lowest speed, rad/s, at which a frequency rises through level n}.
 
@@ -109,9 +123,11 @@ def _crossings(
     ----------
     line : function from the speed, rad/s, to the frequency, rad/s
     levels : rad/s, levels 1, 2, ...
-    top : rad/s, speed at which the search ends; it begins at 0
+    ends : rad/s, speeds at which the search begins and ends
     """
-    speeds = np.linspace(0.0, top, POINTS)
+    if not ends[0] < ends[1]:
+        return {}
+    speeds = np.linspace(*ends, POINTS)
     values = np.array([line(speed) for speed in speeds])
     out = {}
     for n, level in enumerate(levels, 1):

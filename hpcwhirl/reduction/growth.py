@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -27,7 +28,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats
-from hpcwhirl.reduction.modes import ModalModel, SpinBlock, centre_rows
+from hpcwhirl.reduction.modes import (
+    ModalModel,
+    SpinBlock,
+    centre_rows,
+    unheld_rates,
+)
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.supports import Bearing, planar
 from hpcwhirl.reduction.waves import (
@@ -52,6 +58,8 @@ MOST_PEAKS = 20  # maxima around which speeds are inserted at a time
 MODES_A_BLADE, MORE_MODES = 2, 8  # modes at each of two speeds: per blade, further
 POLISHED, STEPS = 3, 6  # number of roots corrected to all modes; most corrections
 ALONE = 1e-6  # singular value of a basis up to which a direction is left out
+CLEAR = 1e-3  # decay of few amplitudes that all modes confirm / first frequency
+MOST_KEPT = 4  # number of cached rotors in few amplitudes
 CLOSE = 1e-12  # relative change of a root at which its correction ends
 
 
@@ -143,7 +151,7 @@ def growth_at(model: ModalModel, blades: int, speed: float) -> float:
     if spin is None:
         return 0.0  # modal damping alone: no amplitude rises
     if not spin.waves:
-        rate = largest_growth(model, blades, speed)
+        rate = _growth_of_uneven(model, blades, speed)
     else:
         rates = [
             float(wave_roots(model, piece, speed).real.max())
@@ -152,6 +160,22 @@ def growth_at(model: ModalModel, blades: int, speed: float) -> float:
         ]
         rate = max(rates, default=0.0)
     return rate if rate > floor_of(model) else 0.0
+
+
+def _growth_of_uneven(model: ModalModel, blades: int, speed: float) -> float:
+    """Return the largest growth rate of a rotor of unequal sectors, 1/s.
+
+    Where few amplitudes clearly decay, it is their rate: all modes take far longer.
+    """
+    few = _few_of(model, blades, watched_speeds(model, abs(speed))[1])
+    rate = float(few.roots(np.array([speed])).real.max())
+    clear = rate < -CLEAR * float(model.omega[model.omega > 0.0].min())
+    return rate if clear else largest_growth(model, blades, speed)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _few_of(model: ModalModel, blades: int, high: float) -> _Uneven:
+    return _Uneven(model, blades, high)
 
 
 def rates_over(model: ModalModel, blades: int, speeds: Floats) -> Floats:
@@ -166,7 +190,7 @@ def rates_over(model: ModalModel, blades: int, speeds: Floats) -> Floats:
     if spin is None or spin.waves or len(speeds) == 1:
         each = (growth_at(model, blades, speed) for speed in speeds.tolist())
         return np.fromiter(each, float, len(speeds))
-    few = _Uneven(model, blades, float(np.abs(speeds).max()))
+    few = _few_of(model, blades, watched_speeds(model, float(np.abs(speeds).max()))[1])
     rates = few.roots(speeds).real.max(axis=1)
     return np.where(rates > floor_of(model), rates, 0.0)
 
@@ -383,7 +407,7 @@ class _Uneven:
     Attributes
     ----------
     model, blades : the rotor; N
-    rest, decay : (m,), squared frequencies and factors of damping of all m modes
+    rest, damping : (m,), squared frequencies, (m, m), modal damping of all m modes
     coriolis, stiffening, quartic : (m, m), terms of rotation in these modes
     hub : (2, m), displacements x_o, y_o of the centre in each mode
     basis : (m, r), orthonormal
@@ -392,7 +416,10 @@ class _Uneven:
     def __init__(self, model: ModalModel, blades: int, high: float) -> None:
         self.model, self.blades = model, blades
         shapes, spin = model.shapes, model.terms
-        self.rest, self.decay = model.omega**2, 2 * model.ratios * model.omega
+        self.rest = model.omega**2
+        self.damping = np.diag(2 * model.ratios * model.omega)
+        if model.unheld is not None:
+            self.damping = unheld_rates(model.ratios, model.omega, model.unheld)
         self.hub = centre_rows(model, blades)
         self.coriolis, self.stiffening = (
             shapes.T @ matrix @ shapes for matrix in (spin.coriolis, spin.stiffening)
@@ -413,7 +440,7 @@ class _Uneven:
         """
         hub, own = self.hub, self.model.terms.support.at(speed)
         held = own.turning(speed)
-        rate = np.diag(self.decay) + 2 * speed * self.coriolis
+        rate = self.damping + 2 * speed * self.coriolis
         stiffness = np.diag(self.rest) + speed**2 * self.stiffening
         if self.quartic is not None:
             stiffness += speed**4 * self.quartic

@@ -19,7 +19,7 @@ from hpcwhirl.campaign.foresight.forecast import forecast
 from hpcwhirl.campaign.foresight.foreseen import followers
 from hpcwhirl.campaign.plan import cost as costs
 from hpcwhirl.campaign.plan.cost import Costs, time_steps
-from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.campaign.plan.design import Design, design_of
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.work_queue import Order, WorkQueue
 from hpcwhirl.case.limits import step_counts
@@ -477,3 +477,20 @@ def test_the_cost_of_a_case_has_no_exponent(seconds, told):
 def test_a_span_of_equal_times_is_told_once():
     assert _between((18.2, 18.4)) == "18 s"
     assert _between((2.0, 80.0)) == "2.0 s to 80 s"
+
+
+def test_a_dry_run_tells_in_how_many_cases_a_free_motion_grows(tmp_path, capsys):
+    file = tmp_path / "c.toml"
+    file.write_text(
+        '[engine]\nrotation = "full"\n[engine.rotor]\nblades = 5\n'
+        "suspension_damping = -1.0\n[solver]\nmodes = 10\n"
+        "[sweep]\nspeed = [100.0, 200.0, 800.0, 900.0]\n"
+    )
+    assert main(["campaign", str(file), "--dry-run", "--out", str(tmp_path / "o")]) == 0
+    told = capsys.readouterr().err
+    speeds = [100.0, 200.0, 800.0, 900.0]
+    design = Design.of(file)
+    grows = [design.resolved(i).plan.growth > 0.0 for i in range(4)]
+    assert 0 < sum(grows) < 4
+    assert f"in {sum(grows)} of 4 cases" in told
+    assert f"at {speeds[grows.index(True)]:g} to 900 rad/s" in told

@@ -13,6 +13,7 @@ from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.case.fan import FANS, Fan, scene_of_fan
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
+from hpcwhirl.cli.new import RPM
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import modal_table
@@ -208,3 +209,18 @@ def test_an_extreme_dimension_of_a_fan_is_refused_in_one_line(name, value):
     with pytest.raises(InputError) as refused:
         scene_of_fan(dataclasses.replace(Fan(), **{name: value}))
     assert "\n" not in str(refused.value)
+
+
+def test_a_fan_whose_free_motion_grows_below_full_speed_is_told(tmp_path, capsys):
+    made(tmp_path, *ASKED, "--frequency", "12Hz")
+    (told,) = [line for line in capsys.readouterr().err.splitlines() if "free" in line]
+    scene = load_design(tmp_path / "fan.toml", {}).base
+    full = scene.speed
+    band = stability(resolve(scene).model.rotor, 18, full).bands[0]
+    assert band.start < full
+    assert f"at {band.start * RPM:.0f} to {full * RPM:.0f} rpm" in told
+
+
+def test_a_fan_whose_free_motion_decays_is_told_nothing(tmp_path, capsys):
+    made(tmp_path, *ASKED)
+    assert "free motion" not in capsys.readouterr().err

@@ -197,3 +197,20 @@ def test_exact_refuses_and_a_command_says_where_it_is(capsys):
     assert main(["model", *given, *small]) == 0
     shown = " ".join(capsys.readouterr().out.split())
     assert re.search(r"unbalance 1\.\d+ kg m, .* times the size of the gap", shown)
+
+
+def test_a_gap_at_rest_is_that_of_the_whole_wheel():
+    given = {"gap_at": "rest", "gap": 1e-3, "rotation": "full", "speed": 400.0}
+    lost, whole = (
+        resolve(apply_settings(Scene(), SMALL | given | {"lost_blade": blade}))
+        for blade in (1, -1)
+    )
+    assert lost.clearance == whole.clearance < 1e-3
+    assert lost.scene.gap == whole.scene.gap
+
+
+@pytest.mark.parametrize("modes", [44, 48, 50])
+def test_a_rotor_that_loses_a_blade_may_have_any_number_of_modes(modes):
+    own = {"blades": 5, "rotor.elements": 3, "modes": modes, "lost_blade": 1}
+    model = resolve(apply_settings(Scene(), {"rotation": "full"} | own)).model
+    assert len(model.rotor.omega) >= modes

@@ -28,7 +28,7 @@ from scipy.optimize import brentq
 
 from hpcwhirl import Design
 from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
-from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.campaign.simulate import notes_on, result_of, simulate
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.unbalance import CLEAR, centre_of, circle, facts_of_unbalance
 from hpcwhirl.cli import main
@@ -487,3 +487,16 @@ def test_a_run_begins_clear_of_lobes_that_stand_from_the_start():
     assert gaps.min() > 0.0
     far = facts_of_unbalance(march.model, march.scene)["reach"]
     assert far > GAP - 8e-5  # the circle itself would be inside them
+
+
+def test_a_rotor_that_sits_on_its_circle_is_told_where_its_free_motion_grows():
+    """Its word stays undecided: nothing has disturbed it."""
+    march = small(cross_coupling=1.2e7, unbalance=1e-3, force=0.0, gap=1e-3,
+                  duration=0.05)  # fmt: skip
+    row = result_of(march.case, march.run()).row
+    assert row["regime"] == "undecided"
+    (told,) = notes_on(march.scene, row)
+    assert told.startswith(f"free motion grows by {row['free_growth']:.3g} 1/s")
+    assert "nothing has disturbed" in told
+    calm = small(unbalance=1e-3, force=0.0, gap=1e-3, duration=0.05)
+    assert not notes_on(calm.scene, result_of(calm.case, calm.run()).row)

@@ -645,3 +645,11 @@ def test_the_wheel_stands_still_for_who_prefers_that(chromium, turning):
         assert page.execute_script(INK) > 1000
     finally:
         chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+def test_cases_whose_free_motion_grows_are_hatched(page, made):
+    count = sum(row["free_growth"] > 0.0 for row in rows(made))
+    assert count
+    assert len(page.find_elements("css selector", "#map .growing")) == count
+    assert "free motion grows without contact" in text_of(page, "#legend")
+    assert len(cells(page)) == len(rows(made))

@@ -8,6 +8,7 @@ from itertools import pairwise, product
 from types import SimpleNamespace
 from xml.etree import ElementTree as ET
 
+import h5py
 import made_up
 import numpy as np
 import pytest
@@ -686,3 +687,20 @@ def test_critical_speeds_of_a_mirrored_map_are_mirrored(facts):
         found.append((marks, {t.get_text() for t in axes.texts}))
     assert found[0] == found[1]
     assert len(found[0][1]) > 1
+
+
+def test_cells_in_which_a_free_motion_grows_are_hatched_and_counted(tmp_path):
+    rows = SHAPES["three inputs"]
+    path = synthetic(tmp_path / "out", rows) / "results.h5"
+    count = len(rows) // 3
+    with h5py.File(path, "r+") as file:
+        file["free_growth"][:count] = 0.5
+    figure = maps.drawing_of(path, Wish()).figure
+    hatched = [
+        artist
+        for axes in figure.axes
+        for artist in axes.findobj(lambda one: one.get_gid() == "hatch growing")
+    ]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert f"free motion grows without contact: {count}" in labels
+    assert hatched

@@ -5,14 +5,31 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hpcwhirl.analysis.critical import critical_of_waves
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.growth import _peaks, growth_at, stability
-from hpcwhirl.reduction.waves import largest_growth, quadratic_roots, turning_matrices
+from hpcwhirl.reduction.waves import (
+    largest_growth,
+    quadratic_roots,
+    turning_matrices,
+    unbalance_speeds,
+)
 from hpcwhirl.scene import Rotor
+from hpcwhirl.scene.bearing_tables import HEAD
 
 BLADES = 5
 USUAL = {"blades": BLADES, "elements": 3}
+TABLE = ";".join([
+    HEAD, "60,2e6,3e5,-3e5,2e6,900,0,0,900", "400,9e6,1e6,-1e6,9e6,1500,0,0,1500",
+    "700,2e7,2e5,-2e5,2e7,4000,0,0,4000",
+])  # fmt: skip
 ROTORS = {
+    "table": {"bearing": TABLE, "suspension_damping": -1.0},
+    "unequal on a table": {
+        "bearing": TABLE,
+        "suspension_damping": -1.0,
+        "mistuning": [0.02, 0.0, -0.01, 0.0, 0.0],
+    },
     "soft": {"centre_stiffness": 1e6, "damping": 0.02, "suspension_damping": 0.1},
     "no static damper": {"suspension_damping": -1.0},
     "cross coupling": {"cross_coupling": 3e6},
@@ -42,7 +59,7 @@ def grows(found, speed):
 def test_bands_are_where_an_eigenvalue_of_the_whole_rotor_grows(name):
     model = rotor(name)
     found = stability(model, BLADES, 900.0)
-    assert found.span.high >= 900.0 or found.span.ends == "stiffness"
+    assert found.span.high >= 900.0 or found.span.ends in {"stiffness", "table"}
     edges = [edge for band in found.bands for edge in (band.start, band.end)]
     for speed in np.linspace(found.span.low, found.span.high, 41)[:-1]:
         near = [edge for edge in edges if abs(edge - speed) < 1e-3 * found.span.high]
@@ -73,6 +90,17 @@ def test_two_bands_are_told_apart_though_a_search_to_four_frequencies_misses_bot
     assert first.start > 4 * 91.0  # rad/s, the lowest frequency at rest
     assert (first.family, first.nodal_diameter) == ("suspension", 1)
     assert 0.0 < first.frequency < first.speed
+
+
+def test_nothing_is_told_beyond_a_bearings_table():
+    model = rotor("table")
+    found = stability(model, BLADES, 2000.0)
+    assert found.span == (60.0, 700.0, "table")
+    assert all(60.0 <= band.start <= band.end <= 700.0 for band in found.bands)
+    assert all(60.0 <= speed <= 700.0 for speed in unbalance_speeds(model, 2000.0))
+    rows = critical_of_waves(model, {1: 250.0, 2: 900.0}, 12)
+    assert all(60.0 <= r["speed"] <= 700.0 for r in rows if r["nodal_diameter"] == 1)
+    assert {row["nodal_diameter"] for row in rows} == {1, 2}
 
 
 def test_a_rotor_taken_as_a_whole_has_the_bands_of_its_diameters():

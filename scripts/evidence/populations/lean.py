@@ -3,7 +3,8 @@
 Engines of equal blades with k >= 2 lobes, of which one of g sectors would stand for
 all: fed by rotating damping, by cross-coupled stiffness, or by both; three of four turn
 faster than the speed from which a free motion grows, one of four slower. The growing
-wave is one that the sector has not, k = 1.
+wave is one that the sector has not, k = 1. The first two engines are of 22 blades, on
+which one sector was certified as damped before all waves were asked.
 """
 
 from __future__ import annotations
@@ -14,16 +15,23 @@ from typing import Any
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.growth import stability_of
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene import apply_settings, named_scene, preset_inputs
 
 COUNT = 60
 LEAST = 1.0
 WORDS = "outcome", "regime", "whirl"
 MOST = 900.0  # rad/s, speeds searched
+KNOWN: tuple[dict[str, Any], ...] = (
+    {"suspension_damping": -1.0, "speed": 600.0},
+    {"cross_coupling": 3e6, "speed": 300.0},
+)
 
 
 def drawn(seed: int, index: int) -> dict[str, Any]:
     """Return the inputs of an engine, {name: value}."""
+    if index < len(KNOWN):
+        large = {"rotation": "full", "nodal_diameter": 2, "gap": 1e-3, "duration": 1.5}
+        return {**preset_inputs("draft"), **large, **KNOWN[index]}
     draw = random.Random(f"lean {seed} {index}")
     lobes = draw.choice([2, 3])
     given: dict[str, Any] = {
