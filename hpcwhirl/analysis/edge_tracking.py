@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from scipy.special import stdtrit
@@ -31,6 +31,7 @@ WIDENED = 10  # largest number of times that a pair is widened to find the bound
 HALVED = 60  # largest number of bisections of a pair, down to round-off
 BLOCKS = 8  # blocks of a motion from which the interval of its rate follows
 CONFIDENCE = 0.95  # of that interval
+WIDEST = 50.0  # largest distance of the lower end from a rate, of their logarithms
 
 
 class LostEdgeError(WhirlError):
@@ -78,6 +79,20 @@ class Pair(Generic[State]):
     distance: float
 
 
+class Rate(NamedTuple):
+    """A rate > 0, and the ends of its confidence interval of level `CONFIDENCE`.
+
+    Attributes
+    ----------
+    rate : per stride
+    low, high : ends of its interval, 0 < low < rate < high; NaN if it is not known
+    """
+
+    rate: float
+    low: float
+    high: float
+
+
 @dataclass(frozen=True)
 class Tracked(Generic[State]):
     """A motion tracked along the boundary between two basins.
@@ -87,8 +102,8 @@ class Tracked(Generic[State]):
     pieces : states on the side LOW, a stride apart, from one bisection of the pair to
         the next; a piece begins near the end of the one before it, not exactly there
     last : pair of states at the end
-    rate, rate_error : mean exponential rate, per stride, at which the states of a pair
-        separate, see `rate_of`, and half the width of its interval
+    rate : mean exponential rate, per stride, at which the states of a pair separate,
+        with its interval
     halvings : number of times that the distance of a pair was halved
     widened : number of times that the pair had to be widened to contain the boundary
         again
@@ -96,8 +111,7 @@ class Tracked(Generic[State]):
 
     pieces: list[list[State]]
     last: Pair[State]
-    rate: float
-    rate_error: float
+    rate: Rate
     halvings: int
     widened: int
 
@@ -182,11 +196,11 @@ def track(
             count.halvings += halved
     pair = _held(motions, pair, count, 2.0 * max(far, pair.distance))
     rate = rate_of(distances, math.sqrt(near * far))
-    return Tracked(pieces, pair, *rate, count.halvings, count.widened)
+    return Tracked(pieces, pair, rate, count.halvings, count.widened)
 
 
-def rate_of(distances: list[list[float]], middle: float) -> tuple[float, float]:
-    """Return the rate at which a pair of states separates, and its error, per stride.
+def rate_of(distances: list[list[float]], middle: float) -> Rate:
+    """Return the rate at which a pair of states separates, with its interval.
 
     The first pair also differs along the boundary, where differences decay: its rate
     counts from where its distance first exceeds `middle`. Later pairs lie on the line
@@ -195,10 +209,11 @@ def rate_of(distances: list[list[float]], middle: float) -> tuple[float, float]:
     part alone is faster than the mean. (The sum of rises up to a stopping time over the
     sum of times is unbiased, by Wald's identity.)
 
-    The error is half the width of the 95 % interval (Student): the larger of those from
-    the pieces, as of a ratio of sums, and from `BLOCKS` blocks of strides, which differ
-    if the rate drifts. A rate that varies for longer than a piece shows only between
-    pieces: the error of a single one is NaN.
+    The interval is Student's; its half width is the larger of those from the pieces, as
+    of a ratio of sums, and from `BLOCKS` blocks of strides, which differ if the rate
+    drifts. States that leave an edge separate, so their rate is above 0: the lower end
+    is that of the rate's logarithm. A rate that varies for longer than a piece shows
+    only between pieces: a single one has no interval.
 
     distances : of the pair, a stride apart, in each piece
     """
@@ -210,13 +225,15 @@ def rate_of(distances: list[list[float]], middle: float) -> tuple[float, float]:
     rises = np.concatenate(pieces)
     rate = float(rises.mean())
     if len(pieces) < 2:
-        return rate, math.nan
+        return Rate(rate, math.nan, math.nan)
     blocks = np.array_split(rises, min(BLOCKS, len(rises)))
-    return rate, max(_error_of(parts, rate) for parts in (pieces, blocks))
+    error = max(_error_of(parts, rate) for parts in (pieces, blocks))
+    least = math.exp(-min(error / rate, WIDEST))
+    return Rate(rate, rate * least, rate + error)
 
 
 def _error_of(parts: list[Floats], rate: float) -> float:
-    """Return half the width of the interval of a rate, from parts of a motion.
+    """Return Student's half width of the interval of a rate, from parts of a motion.
 
     parts : rises of the log distance by stride, in n >= 2 parts
     rate : sum of all rises over the number of strides

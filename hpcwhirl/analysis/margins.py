@@ -1,9 +1,10 @@
 """Safe ranges of an input, in which all cases are damped, and first cases not damped.
 
 Cases that differ in only one swept input form a line, in ascending order of this input.
-A safe range is an unbroken sequence of damped cases on a line; its boundary lies
-between its last case and the next case, which has another word. Nothing is known
-between cases: twins and refinement show how far a range can be trusted.
+A safe range is an unbroken sequence of damped cases on a line. It is a sample: nothing
+is known between its cases, which are up to a `step` apart. Points drawn between them
+and computed (`campaign.margin_check`) measure which share of the range is damped;
+`with_points` adds them to the line.
 
 A pulse is safe only if all weaker pulses that were tried are damped, too. So
 `first_changes` counts on each line only the damped cases up to the first one that is
@@ -13,7 +14,7 @@ not damped. Words may change more than once; the number of changes is given.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -43,12 +44,14 @@ class Line(NamedTuple):
     values : (n,), values of the input that differs
     words : (n,), word of each case; with twins, that of the majority, or "unsure"
     share : (n,), share of a case's twins that are damped; NaN without twins
+    cases : (n,), number of each case in the campaign; -1 for a point drawn later
     """
 
     fixed: dict[str, Any]
     values: NDArray[np.float64]
     words: Texts
     share: NDArray[np.float64]
+    cases: NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -65,6 +68,8 @@ class SafeRange:
     word_below, word_above : words of these adjacent cases; "" where the sweep ends
     cases : number of damped cases
     share : smallest share of damped twins among its cases; NaN if no case has twins
+    step : largest distance between successive cases from `below` to `above`; NaN if
+        there are no two
     """
 
     fixed: dict[str, Any]
@@ -76,13 +81,14 @@ class SafeRange:
     word_above: str
     cases: int
     share: float
+    step: float
 
     def distance(self, value: float) -> float:
         """Return how far a value of the input lies inside the safe range; < 0: outside.
 
-        Inside, it is the distance to the nearest end beyond which a case is not damped:
-        infinite if neither end has such a case. Outside, it is minus the distance to
-        the nearer end. NaN if the range is empty.
+        Inside, it is the distance to the last damped case before the nearest case that
+        is not damped: infinite if there is no such case at either end. Outside, it is
+        minus the distance to the nearer end. NaN if the range is empty.
 
         value : value of the input, SI
         """
@@ -121,7 +127,7 @@ def safe_ranges(
         if `over` was not swept, is not numeric, or was drawn, so that no cases form a
         line
     """
-    return [found for line in lines_of(data, over, sure) for found in _ranges(*line)]
+    return [found for line in lines_of(data, over, sure) for found in ranges_of(line)]
 
 
 def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
@@ -148,8 +154,23 @@ def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
     for fixed, line in lines:
         order = line[np.argsort(values[line], kind="stable")]
         at = values[order].astype(float)
-        out.append(Line(fixed, at, words[order], share[order]))
+        cases = data["case"].to_numpy()[order]
+        out.append(Line(fixed, at, words[order], share[order], cases))
     return out
+
+
+def with_points(line: Line, values: Sequence[float], words: Sequence[str]) -> Line:
+    """Return a line with further points, which were computed between its cases.
+
+    values, words : (m,), the input's value at each point; its word
+    """
+    at = np.concatenate([line.values, values])
+    order = np.argsort(at, kind="stable")
+    both = np.concatenate([line.words, np.asarray(words, "U16")])
+    none = np.full(len(values), np.nan)
+    cases = np.concatenate([line.cases, np.full(len(values), -1)])
+    share = np.concatenate([line.share, none])
+    return Line(line.fixed, at[order], both[order], share[order], cases[order])
 
 
 def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64]]:
@@ -206,21 +227,17 @@ def _lines(
     return out
 
 
-def _ranges(
-    fixed: dict[str, Any],
-    values: NDArray[np.float64],
-    words: Texts,
-    share: NDArray[np.float64],
-) -> list[SafeRange]:
-    """Return the safe ranges, unbroken sequences of damped cases, of a line of n cases.
+def ranges_of(line: Line) -> list[SafeRange]:
+    """Return the safe ranges, unbroken sequences of damped cases, of a line of cases.
 
-    Parameters are the attributes of `Line`.
+    There is one, empty, if no case is damped.
     """
+    fixed, values, words, share, _ = line
     safe = np.concatenate([[False], words == SAFE, [False]])
     runs = np.flatnonzero(safe[1:] != safe[:-1]).reshape(-1, 2)
     nan = float("nan")
     if not len(runs):
-        return [SafeRange(fixed, nan, nan, nan, nan, "", "", 0, nan)]
+        return [SafeRange(fixed, nan, nan, nan, nan, "", "", 0, nan, nan)]
     at, told = [nan, *values.tolist(), nan], ["", *words.tolist(), ""]
     return [
         SafeRange(
@@ -233,9 +250,18 @@ def _ranges(
             word_above=told[end + 1],
             cases=end - first,
             share=float(np.fmin.reduce(share[first:end])),
+            step=_step(values[max(first - 1, 0) : end + 1]),
         )
         for first, end in runs.tolist()
     ]
+
+
+def _step(values: NDArray[np.float64]) -> float:
+    """Return the largest distance between successive values, NaN if there are no two.
+
+    values : ascending
+    """
+    return float(np.diff(values).max()) if len(values) > 1 else float("nan")
 
 
 @dataclass(frozen=True)
@@ -249,6 +275,8 @@ class FirstChange:
     unsafe : value of the next case, which is not damped; NaN if all cases are damped
     word : word of the case at `unsafe`; "" if all cases are damped
     changes : number of changes between damped and not damped along the whole line
+    step : largest distance between successive cases up to `unsafe`; NaN if there are no
+        two
     """
 
     fixed: dict[str, Any]
@@ -256,18 +284,7 @@ class FirstChange:
     unsafe: float
     word: str
     changes: int
-
-    def times(self, value: float) -> str:
-        """Return `safe` and `unsafe` in multiples of `value`, as text for a user.
-
-        Examples are ``1.7 to 1.75``, ``>= 3`` if there is no change, or ``< 0.5`` if
-        the first case is not damped.
-        """
-        if not self.word:
-            return f">= {self.safe / value:.4g}"
-        if np.isnan(self.safe):
-            return f"< {self.unsafe / value:.4g}"
-        return f"{self.safe / value:.4g} to {self.unsafe / value:.4g}"
+    step: float
 
 
 def first_changes(
@@ -286,19 +303,23 @@ def first_changes(
     InputError
         as for `safe_ranges`
     """
-    return [_first(line) for line in lines_of(data, over, sure)]
+    return [first_of(line) for line in lines_of(data, over, sure)]
 
 
-def _first(line: Line) -> FirstChange:
+def first_of(line: Line) -> FirstChange:
+    """Return up to which value of the input all cases of a line are damped."""
     safe = line.words == SAFE
     changes = int(np.count_nonzero(safe[1:] != safe[:-1]))
     if safe.all():
         last = float(line.values[-1])
-        return FirstChange(line.fixed, last, float("nan"), "", changes)
+        return FirstChange(
+            line.fixed, last, float("nan"), "", changes, _step(line.values)
+        )
     at = int(np.argmin(safe))
     last = float(line.values[at - 1]) if at else float("nan")
     word = str(line.words[at])
-    return FirstChange(line.fixed, last, float(line.values[at]), word, changes)
+    step = _step(line.values[: at + 1])
+    return FirstChange(line.fixed, last, float(line.values[at]), word, changes, step)
 
 
 @dataclass(frozen=True)
@@ -350,7 +371,12 @@ def _along(
     away = [_away(data, found.fixed, point) for found in ranges]
     near = [r for r, far in zip(ranges, away, strict=True) if far == min(away)]
     value = point[name]
-    return Along(name, value, max(near, key=lambda r: _depth(r, value)))
+    return Along(name, value, nearest_range(near, value))
+
+
+def nearest_range(ranges: Sequence[SafeRange], value: float) -> SafeRange:
+    """Return the range that contains a value of the input, or else the nearest one."""
+    return max(ranges, key=lambda found: _depth(found, value))
 
 
 def _depth(found: SafeRange, value: float) -> float:

@@ -131,7 +131,7 @@ class Edge:
         (mean rate of the centre's polar angle, > 0 forward), `whirl_ratio`,
         `line_frequency`, rad/s, `contact_share` (share of steps with contact); from the
         whole motion `leaving_rate`, 1/s, at which the two sides separate,
-        `leaving_error`, half the width of its 95 % interval, and the numbers of
+        `leaving_low` and `leaving_high`, ends of its 95 % interval, and the numbers of
         `bisections`, of `pieces`, and of times that the pair of states was `widened` to
         contain the boundary again
     """
@@ -408,8 +408,9 @@ def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
     numbers["contact_share"] = _share(found.pieces)
     span = motions.stride * motions.step
     numbers |= {
-        "leaving_rate": found.rate / span,
-        "leaving_error": found.rate_error / span,
+        "leaving_rate": found.rate.rate / span,
+        "leaving_low": found.rate.low / span,
+        "leaving_high": found.rate.high / span,
         "bisections": float(found.halvings),
         "pieces": float(len(found.pieces)),
         "widened": float(found.widened),

@@ -26,13 +26,14 @@ if TYPE_CHECKING:
 TRACKING = {"span": 1.0, "look": 1.0, "near": 1e-6, "far": 1e-3}
 UNITS = {
     "begin": "s", "end": "s", "orbit_radius": "m", "turning_rate": "rad/s",
-    "line_frequency": "rad/s", "leaving_rate": "1/s", "leaving_error": "1/s",
+    "line_frequency": "rad/s", "leaving_rate": "1/s", "leaving_low": "1/s",
+    "leaving_high": "1/s",
 }  # fmt: skip
 
 
 COLUMNS = (
     "low", "high", "word_high", "orbit_radius", "orbit_change", "turning_rate",
-    "contact_share", "leaving_rate", "leaving_error", "message",
+    "contact_share", "leaving_rate", "leaving_low", "leaving_high", "message",
 )  # fmt: skip
 
 # texts in the row of a line of cases whose edge was lost; its numbers are NaN

@@ -136,7 +136,7 @@ def test_csv_has_a_row_for_each_range(place, capsys):
     assert main(["margin", str(place), "--csv"]) == 0
     head, *rows = capsys.readouterr().out.splitlines()
     assert head.startswith("gap [m],low [rad/s],high [rad/s],below [rad/s]")
-    assert rows[0] == "0.0001,100.0,110.0,nan,120.0,,sustained,2"
+    assert rows[0] == "0.0001,100.0,110.0,nan,120.0,,sustained,2,10.0"
     assert len(rows) == 3
     assert main(["margin", str(place), "--csv", "--no-units"]) == 0
     assert capsys.readouterr().out.startswith("gap,low,high,below,above,word_below")
@@ -146,26 +146,29 @@ def test_a_point_is_told_its_distance(place, facts, capsys):
     found = facts("margin", str(place), "--json", "--at", "speed=105")
     assert [r["distance"] for r in found["ranges"]] == [5.0, -25.0, 15.0]
     assert main(["margin", str(place), "--at", "speed=105", "--at", "gap=0.2 mm"]) == 0
-    assert "safe range on 1 of 1 lines; the nearest boundary is 15 rad" in (
-        capsys.readouterr().out
-    )
+    told = capsys.readouterr().out
+    assert "on 1 of 1 lines; no computed case nearer than 15 rad/s is not da" in told
+    assert "in steps of up to 10 rad/s" in told
+    assert "at least" not in told
     assert main(["margin", str(place), "--at", "speed=125"]) == 0
-    assert "in no safe range on any of 2 lines" in capsys.readouterr().out
+    assert "in no range of damped cases on any of 2 lines" in capsys.readouterr().out
 
 
 def test_margins_are_told_in_the_unit_asked_for(place, capsys):
     words = ["--at", "speed=105", "--at", "gap=0.2 mm", "--units", "rpm"]
     assert main(["margin", str(place), *words]) == 0
     out = capsys.readouterr().out
-    assert "speed = 1002.68 rpm: in a safe range on 1 of 1 lines" in out
-    assert "the nearest boundary is 143.239 rpm or more away" in out
+    assert "speed = 1002.68 rpm: in a range of damped cases on 1 of 1 lines" in out
+    assert "no computed case nearer than 143.239 rpm is not damped" in out
     assert "954.93" in out
     assert main(["margin", str(place), "--at", "speed=105", "--units", "um"]) == 0
-    assert "is 5 rad/s or more away at gap = 100 um" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "nearer than 5 rad/s is not damped at gap = 100 um" in told
 
 
 def test_wrong_words_are_one_line(place, capsys):
-    for words in (["--sure", "2"], ["--at", "speed=x"], ["--over", "nothing"],
+    for words in (["--sure", "2"], ["--check", "0"],
+                  ["--at", "speed=x"], ["--over", "nothing"],
                   ["--at", "speed=nan"], ["--over", "each", "--at", "speed=inf"],
                   ["--at", "speed=1", "--at", "speed=2"]):  # fmt: skip
         assert main(["margin", str(place), *words]) == 2
@@ -178,9 +181,13 @@ def test_a_campaign_of_one_case_has_no_ranges(tmp_path, capsys):
     assert told == "hpcwhirl: error: unknown swept input 'speed': no input was swept\n"
 
 
-def test_results_without_a_damped_case_are_told_strictly(tmp_path, facts):
-    found = facts("margin", str(campaign(tmp_path / "x", {1e-4: "SX"})), "--json")
+def test_results_without_a_damped_case_are_told_strictly(tmp_path, facts, capsys):
+    place = campaign(tmp_path / "x", {1e-4: "SX"})
+    found = facts("margin", str(place), "--json")
     assert json.dumps(found["ranges"][0]["low"]) == "null"
+    assert main(["margin", str(place)]) == 0
+    told = "no case is damped on any of 1 line over speed"
+    assert told in capsys.readouterr().out
 
 
 # How strong the pulse may be
@@ -217,18 +224,24 @@ def test_the_safe_pulse_is_told_in_multiples_of_the_present_one(
     words = ["margin", str(place), "--over", "force", "--first", "--at", "force=75 kN"]
     assert main(words) == 0
     out = capsys.readouterr().out
-    assert "speed = 300 rad/s: safe >= 2.667 times force = 75 kN, the largest" in out
-    assert "speed = 410 rad/s: safe 1.333 to 2 times force = 75 kN, then diverg" in out
-    assert "then divergent; 1 more change" in out
-    assert "speed = 500 rad/s: safe < 0.6667 times force = 75 kN, then sustained" in out
+    limits = {
+        "300": "damped up to 2.667 times force = 75 kN in steps of 0.6667, the l",
+        "410": "damped up to 1.333 times force = 75 kN in steps of 0.6667, then",
+        "500": "sustained at 0.6667 times force = 75 kN, the least value tried; 1",
+    }
+    assert all(f"speed = {n} rad/s: {text}" in out for n, text in limits.items())
+    assert "then divergent at 2; 1 more change" in out
     rows = facts(*words, "--json")["first"]
     assert [r["times_safe"] for r in rows] == [2e5 / 75e3, 1e5 / 75e3, None]
     assert main([*words, "--csv"]) == 0
     head, *lines = capsys.readouterr().out.splitlines()
     assert (
-        head == "speed [rad/s],safe [N],unsafe [N],word,changes,times_safe,times_unsafe"
+        head == "speed [rad/s],safe [N],unsafe [N],word,changes,step [N],"
+        "times_safe,times_unsafe"
     )
-    assert lines[1] == "410.0,100000.0,150000.0,divergent,2,1.3333333333333333,2.0"
+    assert lines[1] == (
+        "410.0,100000.0,150000.0,divergent,2,50000.0,1.3333333333333333,2.0"
+    )
 
 
 @pytest.mark.parametrize(
@@ -293,7 +306,7 @@ def test_a_map_of_limits_has_that_of_each_point(tmp_path, monkeypatch):
     np.testing.assert_allclose(image.get_array().data, want, rtol=1e-12)
     at = {line.get_gid(): [*zip(*line.get_data(), strict=True)] for line in axes.lines}
     assert at == {
-        "no change met: at least": [(0, 2)],
+        "no change met": [(0, 2)],
         "first case not damped": [(1, 0)],
     }
 
@@ -315,3 +328,84 @@ def test_a_point_has_a_margin_in_every_input(tmp_path, facts, capsys):
     assert "120 kN" in capsys.readouterr().out
     assert main(["margin", str(place), "--over", "each"]) == 2
     assert "needs a value of a swept input" in capsys.readouterr().err
+
+
+# Points drawn inside
+
+
+def island(scene):
+    """Return a word: not damped in two narrow ranges of speed at the lower gap."""
+    speed, low = scene.speed, scene.gap < 1.5e-4
+    return "sustained" if low and (112 < speed < 118 or speed > 175) else "damped"
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """Give every scene that is integrated its word by `island`; return the scenes."""
+    scenes = []
+
+    def word(scene):
+        scenes.append(scene)
+        return island(scene)
+
+    monkeypatch.setattr("hpcwhirl.campaign.margin_check.computed_word", word)
+    return scenes
+
+
+LONG = {1e-4: "ddddddddSS", 2e-4: "dddddddddd"}
+
+
+def test_points_drawn_inside_a_range_tell_the_share_that_is_damped(
+    tmp_path, facts, computed
+):
+    place = campaign(tmp_path / "c", LONG)
+    found = facts("margin", str(place), "--check", "40", "--json")
+    low, high = found["checks"]
+    assert (low["low"], low["high"], low["drawn"]) == (100.0, 170.0, 40)
+    bad = [one["value"] for one in low["not_damped"]]
+    assert all(112 < value < 118 for value in bad)
+    assert low["damped"] == 40 - len(bad) < 40
+    assert low["share_low"] < 64 / 70 < low["share_high"]
+    assert (high["damped"], high["share"]) == (40, 1.0)
+    assert {scene.gap for scene in computed} == {1e-4, 2e-4}
+    first, second = (one for one in found["ranges"] if one["gap"] == 1e-4)
+    assert first["high"] <= 112 <= first["above"] <= min(bad)
+    assert max(bad) <= second["below"] <= 118 <= second["low"]
+    assert first["above"] - first["high"] < 10 / 2**2  # bisected
+    assert first["drawn"] == second["drawn"] == 40
+
+
+def test_at_least_stands_behind_drawn_points_alone(tmp_path, capsys, computed):
+    place = str(campaign(tmp_path / "c", {1e-4: "ddddddddSS", 2e-4: "ddddddddSS"}))
+    words = ["margin", place, "--at", "speed=150", "--check", "20"]
+    assert main([*words, "--at", "gap=2e-4"]) == 0
+    told = capsys.readouterr().out
+    assert "is at least 20 rad/s away, by 20 drawn points" in told
+    assert main([*words, "--at", "gap=1e-4"]) == 0
+    told = capsys.readouterr().out
+    assert "points drawn inside are damped" in told
+    assert "no computed case nearer than" in told
+    assert "at least" not in told
+    assert computed
+
+
+def test_a_limit_that_a_drawn_pulse_breaks_is_lowered(tmp_path, facts, monkeypatch):
+    place = pulses(tmp_path / "c", {300.0: "dddd"})
+    word = lambda scene: "damped" if scene.force < 1.1e5 else "sustained"  # noqa: E731
+    monkeypatch.setattr("hpcwhirl.campaign.margin_check.computed_word", word)
+    words = ["margin", str(place), "--over", "force", "--first", "--json"]
+    (before,) = facts(*words)["first"]
+    (after,) = facts(*words, "--check", "10")["first"]
+    assert before["safe"] == 2e5
+    assert after["safe"] < 1.1e5 <= after["unsafe"]
+    assert after["word"] == "sustained"
+    each = ["margin", str(place), "--over", "each", "--at", "force=60 kN", "--json"]
+    (along,) = facts(*each, "--check", "10")["inputs"]
+    assert along["high"] < 1.1e5 <= along["above"]
+
+
+def test_points_between_are_refused_where_other_inputs_follow(tmp_path, capsys):
+    drawn = tmp_path / "zip"
+    synthetic(drawn, [{"gap": g, "speed": s} for g, s in [(1e-4, 1.0), (2e-4, 2.0)]])
+    assert main(["margin", str(drawn), "--check", "5"]) == 2
+    assert "but gap has values only where cases" in capsys.readouterr().err

@@ -136,7 +136,7 @@ def _map(
     drawn = axes.imshow(values, origin="lower", aspect="auto", cmap=canvas.SEQUENTIAL)
     for mark, places in marks.items():
         if places:
-            legend = {"^": "no change met: at least", "v": "first case not damped"}
+            legend = {"^": "no change met", "v": "first case not damped"}
             axes.plot(*zip(*places, strict=True), mark, c="white", mec="black", ls="",
                       label=legend[mark], gid=legend[mark])  # fmt: skip
     if any(marks.values()):
