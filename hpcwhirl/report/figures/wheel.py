@@ -16,7 +16,7 @@ from matplotlib.collections import LineCollection
 from hpcwhirl.analysis.wheel_motion import Frames, frames_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.canvas import new_figure, title_of, value_of
+from hpcwhirl.report.canvas import in_defaults, new_figure, title_of, value_of
 from hpcwhirl.scene import Scene
 from hpcwhirl.store.atomic import make_folders, replacing, telling
 from hpcwhirl.store.reading.results_file import Results
@@ -49,6 +49,7 @@ def draw_strip(results: Results, case: int) -> Any:
     return figure
 
 
+@in_defaults
 def write_film(results: Results, case: int, path: Path) -> Path:
     """Write a film of a case's wheel and return its path.
 
