@@ -14,6 +14,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from hpcwhirl.errors import nearest, one_line, shown
 from hpcwhirl.scene.units import in_si, is_unit
@@ -60,6 +61,58 @@ class Column:
         return number
 
 
+class Lines(NamedTuple):
+    """A table's text in cells: those of its head, and {line number, from 1: cells}."""
+
+    head: list[str]
+    rows: dict[int, list[str]]
+
+
+def lines_of(text: str) -> Lines:
+    """Return the cells of a table's lines; without any, the head is empty.
+
+    text : of a CSV file
+
+    Raises
+    ------
+    ValueError
+        with the line's number, if a line has not as many cells as the head
+    """
+    numbered = _numbered(text)
+    if not numbered:
+        return Lines([], {})
+    mark = _separator(numbered[0][1])
+    cells = _cells([line for _, line in numbered], mark)
+    rows = dict(zip((number for number, _ in numbered[1:]), cells[1:], strict=True))
+    for number, row in rows.items():
+        if len(row) != len(cells[0]):
+            told = f"it must have {len(cells[0])} values as the head, got {len(row)}"
+            raise ValueError(f"line {number}: {told}")
+    if mark != ",":
+        rows = {at: [_with_point(cell) for cell in row] for at, row in rows.items()}
+    return Lines(cells[0], rows)
+
+
+def _numbered(text: str) -> list[tuple[int, str]]:
+    """Return (number, line) of each line of a table, the head first.
+
+    A comment is the head, as in tables of Dakota, if it has as many words as the first
+    line, and that begins with a number.
+    """
+    lines: list[tuple[int, str]] = []
+    noted: list[tuple[int, str]] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.lstrip().startswith(NOTE):
+            lines += [(number, line)] if line.strip(" \t;,") else []
+        elif not lines:
+            noted = [(number, line.lstrip()[1:])]
+    if not lines or not noted:
+        return lines
+    head, first = (part[0][1].split() for part in (noted, lines))
+    is_head = len(head) == len(first) and _is_number(first[0])
+    return [*noted, *lines] if is_head else lines
+
+
 def columns_of(text: str) -> dict[str, Column]:
     """Return the columns of a table, {name in lower case: column}, in their order.
 
@@ -68,59 +121,52 @@ def columns_of(text: str) -> dict[str, Column]:
     Raises
     ------
     ValueError
-        with the line's number, if a line has other columns than the head, or two
+        with the line's number, if a line has not as many cells as the head, or two
         columns have one name
     """
-    lines: list[tuple[int, str]] = []
-    noted = ""
-    for number, line in enumerate(text.splitlines(), 1):
-        if line.lstrip().startswith(NOTE):
-            noted = noted if lines else line.lstrip()[1:]
-        elif line.strip(" \t;,"):
-            lines.append((number, line))
-    if lines and noted and all(map(_is_number, _cells(lines[0][1], None))):
-        lines.insert(0, (0, noted))
-    if not lines:
-        return {}
-    mark = _separator(lines[0][1])
-    rows = {number: _cells(line, mark) for number, line in lines}
-    (_, head), *others = rows.items()
-    for number, cells in others:
-        if len(cells) != len(head):
-            told = f"it must have {len(head)} values as the head, got {len(cells)}"
-            raise ValueError(f"line {number}: {told}")
-    return _named(head, dict(others), decimal_comma=mark != ",")
-
-
-def _named(
-    head: list[str], rows: dict[int, list[str]], *, decimal_comma: bool
-) -> dict[str, Column]:
-    found = [HEAD.fullmatch(cell) for cell in head]
-    pairs = [(m[1].lower(), m[2] or "") if m else ("", "") for m in found]
+    head, rows = lines_of(text)
+    pairs = [name_and_unit(cell) for cell in head]
     units = next(iter(rows.values()), [])
     if _are_units(units):
         del rows[next(iter(rows))]
         pairs = [(n, u or _bare(v)) for (n, u), v in zip(pairs, units, strict=True)]
     out: dict[str, Column] = {}
     for i, (name, unit) in enumerate(pairs):
-        if name in out:
+        if name.lower() in out:
             raise ValueError(f"it must name each column once, got {shown(name)} twice")
         cells = {line: cells[i] for line, cells in rows.items()}
-        if decimal_comma:
-            cells = {line: _with_point(cell) for line, cell in cells.items()}
-        out[name] = Column(name, unit, cells)
+        out[name.lower()] = Column(name.lower(), unit, cells)
     return out
+
+
+def name_and_unit(cell: str) -> tuple[str, str]:
+    """Return the name and the unit, or "", in a cell of a head, as "kxx [N/mm]"."""
+    found = HEAD.fullmatch(cell)
+    return (found[1], found[2] or "") if found else (cell, "")
 
 
 def _separator(head: str) -> str | None:
     """Return the character that separates values; None: blanks."""
-    return next((mark for mark in SEPARATORS if mark in head), None)
+    found = next((mark for mark in SEPARATORS if mark in head), None)
+    return "," if found is None and len(_words(head)) < 2 else found
 
 
-def _cells(line: str, mark: str | None) -> list[str]:
+def _words(line: str) -> list[str]:
+    return re.sub(r"\s+([\[(])", r"\1", line).split()
+
+
+def _cells(lines: list[str], mark: str | None) -> list[list[str]]:
+    """Return the cells of each line; ValueError for quotes that are not closed."""
     if mark is None:
-        return re.sub(r"\s+([\[(])", r"\1", line).split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=mark), [])]
+        return [_words(line) for line in lines]
+    reader = csv.reader(lines, delimiter=mark, strict=True)
+    try:
+        rows = [[cell.strip() for cell in row] for row in reader]
+    except csv.Error as failed:
+        raise ValueError(f"line {reader.line_num}: {one_line(str(failed))}") from None
+    if len(rows) != len(lines):
+        raise ValueError("a text in quotes must end in the line in which it begins")
+    return rows
 
 
 def _bare(unit: str) -> str:

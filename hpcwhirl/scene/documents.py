@@ -6,8 +6,6 @@ Cases are listed one by one by [[cases]] of a campaign's file, or in a CSV file.
 from __future__ import annotations
 
 import ast
-import csv
-import io
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -24,6 +22,7 @@ from hpcwhirl.errors import (
 )
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene.campaign_tables import TABLES
+from hpcwhirl.scene.columns import lines_of, name_and_unit
 from hpcwhirl.scene.input_names import (
     FILE,
     PRESET,
@@ -34,6 +33,7 @@ from hpcwhirl.scene.input_names import (
     value_in_si,
 )
 from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.kept_tables import SHEET, SHEETS
 from hpcwhirl.scene.named import check_label, preset_inputs, preset_names
 from hpcwhirl.scene.plain_data import (
     SCENE_TABLES,
@@ -283,15 +283,15 @@ def _text_of(path: Path | str) -> str:
         return read_regular(path).decode("utf-8-sig")
     except UnicodeDecodeError as failed:
         line = 1 + failed.object.count(b"\n", 0, failed.start)
-        msg = f"cannot read {path}: line {line} is not UTF-8: save the file as UTF-8"
-        raise MissingFileError(msg) from None
+        why = f"line {line} is not UTF-8: save the file as UTF-8"
+        why = SHEET if Path(path).suffix.lower() in SHEETS else why
+        raise MissingFileError(f"cannot read {path}: {why}") from None
     except OSError as failed:
         msg = f"cannot read {path}: {failed.strerror or failed}"
         raise MissingFileError(msg) from None
 
 
-CASE = "case"  # column of case numbers in tables of results; not an input
-HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
+SKIPPED = "case", "eval_id", "interface"  # columns that number cases; not inputs
 VARIABLES = {variable_name(name): name for name in INPUTS}
 
 
@@ -322,52 +322,47 @@ def cases_in_file(path: Path) -> list[dict[str, Value]]:
 
     The header names inputs as in a TOML file or in results, with the unit of the column
     if it is not SI: ``speed [rpm],gap [mm],friction``. An empty cell keeps the value
-    that all cases share; a column `case` is ignored. Columns are separated by commas,
-    or by semicolons if the header has no comma.
+    that all cases share. Columns that number the cases (`SKIPPED`, or a first one
+    without a name) are ignored. For separators and comments see `columns`.
 
     Raises
     ------
     InputError, MissingFileError
         naming file, line and column of the error
     """
-    text = _text_of(path)
-    head = text.partition("\n")[0]
-    comma = "," if "," in head or ";" not in head else ";"
-    reader = csv.reader(io.StringIO(text), delimiter=comma, strict=True)
-    rows: list[dict[str, Value]] = []
     try:
-        columns = _inputs_of_columns(next(reader, []), path)
-        for cells in reader:
-            if any(cell.strip() for cell in cells):
-                rows.append(_case_of(columns, cells, f"{path}, line {reader.line_num}"))
-            if len(rows) > MOST_CASES:
-                raise InputError(f"{path} has more than {MOST_CASES} cases")
-    except csv.Error as failed:
-        msg = f"{path}, line {reader.line_num}: {one_line(str(failed))}"
-        raise InputError(msg) from None
-    if not rows:
+        head, lines = lines_of(_text_of(path))
+    except ValueError as failed:
+        raise InputError(f"{path}, {failed}") from None
+    columns = _inputs_of_columns(head, path)
+    if len(lines) > MOST_CASES:
+        raise InputError(f"{path} has more than {MOST_CASES} cases")
+    if not lines:
         msg = f"{path} has no cases: it must have a line of names and one for each case"
         raise InputError(msg)
-    return rows
+    return [
+        _case_of(columns, cells, f"{path}, line {number}")
+        for number, cells in lines.items()
+    ]
 
 
 def _inputs_of_columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
     """Return (full dotted input, unit or "") of each column of a CSV file of cases.
 
-    A column `case`, which is ignored, gives ("", "").
+    A column that is ignored gives ("", "").
 
     heads, path : cells of the file's first line; the file, for messages
     """
     found: list[tuple[str, str]] = []
-    for head in heads:
-        parts = HEAD.fullmatch(head)
-        if parts is None or not parts[1]:
-            msg = f"{path}: a column must be NAME or NAME [UNIT], got {shown(head)}"
-            raise InputError(msg)
-        name, unit = VARIABLES.get(parts[1], parts[1]), parts[2] or ""
-        if name == CASE:
+    for place, head in enumerate(heads):
+        name, unit = name_and_unit(head)
+        if name in SKIPPED or (name == "" and place == 0):
             found.append(("", ""))
             continue
+        if not name or "[" in name:
+            msg = f"{path}: a column must be NAME or NAME [UNIT], got {shown(head)}"
+            raise InputError(msg)
+        name = VARIABLES.get(name, name)
         try:
             full = full_name(name)
         except InputError as failed:
@@ -389,8 +384,6 @@ def _case_of(
     cells : texts of the line; an empty one leaves its input out
     where : file and line, for messages
     """
-    if len(cells) != len(columns):
-        raise InputError(f"{where}: must have {len(columns)} columns, got {len(cells)}")
     row: dict[str, Value] = {}
     for (name, unit), cell in zip(columns, cells, strict=True):
         if not name or not cell.strip():

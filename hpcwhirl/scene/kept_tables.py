@@ -32,6 +32,8 @@ ANGLES = "angle,departure"
 MOST_ROWS = 4096  # largest number of rows of a shape's table
 HIGHEST = 200  # highest harmonic that a table may name
 FEWEST_ANGLES = 3
+SHEETS = ".xls", ".xlsx", ".ods"
+SHEET = "it is a spreadsheet: save it as CSV"
 UNITS = {  # SI units of columns
     TIME: "s", "speed": "rad/s", "gap": "m", "harmonic": "1", "amplitude": "m",
     "phase": "rad", "angle": "rad", "departure": "m",
@@ -129,6 +131,7 @@ def read(path: Path) -> str:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeError) as failed:
         why = getattr(failed, "strerror", None) or "it is not UTF-8"
+        why = SHEET if path.suffix.lower() in SHEETS and path.is_file() else why
         raise ValueError(f"cannot read {name}: {why}") from None
     told = f"must name a file that has a table, got {name}, which is empty"
     must(text.strip(), told)

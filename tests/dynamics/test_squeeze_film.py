@@ -194,6 +194,9 @@ def test_a_centre_that_leaves_the_film_is_told(tmp_path, capsys, clearance, beyo
     assert (BEYOND_FILM in capsys.readouterr().err) == beyond
     assert main(["cases", file, "--columns", "message", "--csv"]) == 0
     assert (BEYOND_FILM in capsys.readouterr().out) == beyond
+    result = simulate(apply_settings(Scene(), given))
+    assert (BEYOND_FILM in result.notes) == (BEYOND_FILM in result._repr_html_())
+    assert (BEYOND_FILM in result.notes) == beyond
 
 
 STRONG = {  # oil and load of films in contact, by how much they damp

@@ -46,6 +46,23 @@ def test_semicolons_a_mark_of_order_and_lists_are_read(tmp_path):
     assert second["speed"] == 310.0
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        ",speed,gap\n0,300,1e-4\n1,310.5,1e-4\n",  # pandas
+        "%eval_id interface speed gap\n1 NO_ID 300 1e-4\n2 NO_ID 310.5 1e-4\n",
+        "speed\tgap [mm]\n300\t0,1\n310,5\t0,1\n",
+        "# drawn by hand\n\nspeed;gap\n300;1e-4\n# and\n310,5;1e-4\n;\n",
+    ],
+    ids=["pandas", "Dakota", "tabs", "semicolons"],
+)
+def test_a_list_as_other_tools_write_it_is_the_list(tmp_path, text):
+    assert rows(design(tmp_path, text)) == [
+        {"speed": 300.0, "gap": 1e-4},
+        {"speed": 310.5, "gap": 1e-4},
+    ]
+
+
 def test_the_table_of_a_campaign_is_a_list_of_cases(tmp_path, capsys):
     place = synthetic(tmp_path / "out", grid_of(gap=[1e-4, 4e-4], speed=[300.0, 310.0]))
     for options in ([], ["--units", "mm,rpm"]):
@@ -68,8 +85,8 @@ def test_the_table_of_a_campaign_is_a_list_of_cases(tmp_path, capsys):
         ("speedx\n300\n", "cases.csv: unknown scene input 'speedx'; did you mean"),
         ("speed,speed [rpm]\n1,2\n", "names speed twice"),
         ("speed [rpm\n1\n", "a column must be NAME or NAME \\[UNIT\\]"),
-        (",gap\n1,2\n", "a column must be"),
-        ("speed,gap\n300\n", "line 2: must have 2 columns, got 1"),
+        ("gap,,speed\n1,2,3\n", "a column must be"),
+        ("speed,gap\n300\n", "line 2: it must have 2 values as the head, got 1"),
         ("speed [mm]\n300\n", "line 2: speed must be in rad/s"),
         ("speed\n[3]\n", "line 2: speed takes one value"),
         ('speed\n"3\n', "line 2: "),

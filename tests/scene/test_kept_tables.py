@@ -2,7 +2,9 @@
 
 import pytest
 
+from hpcwhirl.errors import MissingFileError
 from hpcwhirl.scene.bearing_tables import bearing_table
+from hpcwhirl.scene.documents import cases_in_file
 from hpcwhirl.scene.kept_tables import MOST_BYTES, profile_table, table_over_time
 
 READERS = {
@@ -30,6 +32,16 @@ def test_a_file_without_a_table_is_refused_in_one_line(reader, content, told, tm
     with pytest.raises(ValueError, match=told) as raised:
         reader(str(path))
     assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
+def test_a_spreadsheet_is_to_be_saved_as_csv(reader, tmp_path):
+    path = tmp_path / "table.xlsx"
+    path.write_bytes(b"PK\x03\x04\xff\xfe")
+    with pytest.raises(ValueError, match="it is a spreadsheet: save it as CSV"):
+        reader(str(path))
+    with pytest.raises(MissingFileError, match="it is a spreadsheet: save it as CSV"):
+        cases_in_file(path)
 
 
 @pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
