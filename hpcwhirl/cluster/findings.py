@@ -172,14 +172,15 @@ def threads(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def cache(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that all ranks can write the folder in which numba keeps compiled code.
+    """Check that all ranks, and no other user, can write the folder of compiled code.
 
     ranks : facts of each rank
     """
     closed = [facts for facts in ranks if not facts["cache_writable"]]
     if closed:
-        got = f"{closed[0]['cache']} cannot be written on {closed[0]['host']}"
-        remedy = "export NUMBA_CACHE_DIR=a directory that all ranks may write"
+        place, host = closed[0]["cache"], closed[0]["host"]
+        got = f"{place} cannot be written on {host}, or others than its user may write"
+        remedy = "export NUMBA_CACHE_DIR=a directory of yours that all ranks may write"
         yield Finding("numba cache", BREAKS, got, remedy)
         return
     count = min(facts["cache_kernels"] for facts in ranks)
