@@ -18,7 +18,7 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.numbers import representable
 from hpcwhirl.scene import Scene
 
-KNOTS = 17  # speeds of a run at which growth is computed; linear between them
+KNOTS = 17  # speeds of a run at which growth is computed at least; linear between them
 MOST_KEPT = 256  # number of cached growth rates
 MOST_SEARCHED = 32  # number of cached searches
 
@@ -39,15 +39,34 @@ def free_growth(scene: Scene, model: Model) -> tuple[Floats, Floats]:
     if model.rotor.spin is None:
         return np.array([scene.speed]), np.zeros(1)
     low, high = sorted(extremes(scene))
-    rates = _rates(model, low, high, KNOTS if law_of(scene) is not None else 1)
-    return np.linspace(low, high, len(rates)), rates
+    speeds = (low,) if law_of(scene) is None else _knots(model, low, high)
+    return np.array(speeds), _rates(model, speeds)
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _rates(model: Model, low: float, high: float, count: int) -> Floats:
-    speeds = np.linspace(low, high, count)
+def _rates(model: Model, speeds: tuple[float, ...]) -> Floats:
     with representable("the growth of a free motion"):
-        return rates_over(rotor_by_diameter(model), model.blades, speeds)
+        return rates_over(rotor_by_diameter(model), model.blades, np.array(speeds))
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _knots(model: Model, low: float, high: float) -> tuple[float, ...]:
+    """Return speeds of a run at which to compute growth, ascending, rad/s.
+
+    Of equal sectors they include the ends and the summit of each band in which a free
+    motion grows, so that a narrow one is not missed. For unequal ones a search would
+    take longer than many a run.
+
+    low, high : lowest and highest speed of the run, with sign
+    """
+    knots = {*np.linspace(low, high, KNOTS).tolist()}
+    spin = model.rotor.spin
+    if spin is not None and spin.waves:
+        found = stability_of(model, max(abs(low), abs(high)))
+        for band in found.bands if found else ():
+            for speed in (band.start, band.speed, band.end):
+                knots |= {one for one in (speed, -speed) if low <= one <= high}
+    return tuple(sorted(knots))
 
 
 def largest_free_growth(scene: Scene, model: Model) -> float:

@@ -7,6 +7,7 @@ import pytest
 from deaths import even_slices
 
 from hpcwhirl.campaign.simulate import result_of
+from hpcwhirl.case import growth
 from hpcwhirl.case.explain import facts_of_plan
 from hpcwhirl.case.plan import folded_model, folds_of
 from hpcwhirl.case.resolve import resolve
@@ -20,6 +21,7 @@ from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import ModelError
+from hpcwhirl.reduction.growth import Band, Span, Stability
 from hpcwhirl.scene import apply_settings, named_scene
 
 SERIES = (
@@ -423,3 +425,17 @@ def test_plan_and_texts_follow_from_the_growth_of_all_waves(fed):
     assert not any("no contact can recur" in why for why in told)
     assert facts_of_plan(calm)["settles"]
     assert calm.plan.growth == 0.0
+
+
+def test_a_band_narrower_than_the_knots_of_a_run_is_not_missed():
+    own = {"rotation": "full", "blades": 5, "modes": 10, "nodal_diameter": 0}
+    model = resolve(scene(**own, speed=300.0)).model
+    band = Band(500.0, 500.5, True, 2.0, 500.2, 300.0, 1, "1F")
+    found = Stability(Span(0.0, 900.0), 1.0, (band,))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(growth, "stability_of", lambda *_: found)
+        for sense in (1.0, -1.0):
+            ends = sorted((sense * 100.0, sense * 800.0))
+            knots = growth._knots(model, *ends)
+            assert {sense * v for v in (500.0, 500.2, 500.5)} <= set(knots)
+            assert (knots[0], knots[-1]) == tuple(ends)
