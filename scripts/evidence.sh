@@ -5,6 +5,7 @@
 #   scripts/evidence.sh NAME...          run these
 #   scripts/evidence.sh --pages NAME...  run these and write their pages
 #   scripts/evidence.sh [--pages] all    run everything; a failure does not end it
+# Each run is noted in scripts/last_run.md.
 # Runs in $HPCWHIRL_VENV (default .venv) with the extras of the tests.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -70,6 +71,8 @@ for name in "${names[@]}"; do
   read -ra words <<<"$command $more"
   echo "evidence: $name: ${words[*]}"
   TIMEFORMAT="evidence: $name took %U s and %S s of the processor, %R s of the clock"
-  time "${words[@]}" || failed+=("$name")
+  result=passed
+  time "${words[@]}" || { result=FAILED; failed+=("$name"); }
+  python scripts/last_run.py "$name" "$result${more:+, page written}"
 done
 [ "${#failed[@]}" = 0 ] || { echo "evidence: FAILED: ${failed[*]}" >&2; exit 1; }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The gate and all tests but the evidence (scripts/evidence.sh tests) on the wheels of
-# PyPI, those of the page in Debian's Chromium, then what writes by MPI-IO once more with
+# PyPI, those of the page in Debian's Chromium, one job under a real Slurm, then what writes by MPI-IO once more with
 # an h5py that does, under Debian's Open MPI. Tells the slowest forty and the times.
 # shellcheck disable=SC2030,SC2031  # each part lives in a subshell of its own
 set -euo pipefail
@@ -11,15 +11,15 @@ trap 'rm -rf "$scratch"' EXIT
 export NUMBA_CACHE_DIR=$scratch/numba
 export PYTHONDONTWRITEBYTECODE=  # many processes start: none compiles modules anew
 
-# h5py's parallel build is a build from source: pinned to one that compiles here.
-h5py_parallel="h5py==3.16.0"
 uv="uv==0.13.9"
 warms=test_one_rank_that_warms_leaves_the_others_nothing_to_compile
-packages=(libhdf5-openmpi-dev openmpi-bin gcc hdf5-tools)
+requeued=test_a_warned_campaign_stops_with_75_comes_again_and_completes
 browser=(chromium chromium-driver)
 
 say() { echo "test: $*"; }
 fail() { echo "test: $*" >&2; exit 1; }
+# shellcheck source=scripts/debian.sh
+. scripts/debian.sh
 
 # Always the MPICH wheel, whatever mpirun the machine has: part two installs one, and
 # the second run must test what the first one did.
@@ -45,6 +45,12 @@ on_wheels() (
   pytest -n 2 --dist loadfile --processor=40 -m "not mpi and not evidence" -k "not $warms"
   with_mark mpi
   pytest --processor=40 -m "mpi and not evidence" "${files[@]}"  # alone: ranks need cores
+  if (system_packages "a job of Slurm" slurmctld slurmd slurm-client munge); then
+    HPCWHIRL_CLUSTER=1 PATH=$PATH:/usr/sbin:/sbin pytest --processor=3 \
+      tests/cluster/test_cluster.py -k "$requeued and mpirun"
+  else
+    say "the job of Slurm is skipped"
+  fi
 )
 
 # environment.sh installs the packages with it.
@@ -58,76 +64,8 @@ with_mark() {  # MARK
   mapfile -t files < <(grep -rlwF "mark.$1" tests --include='test_*.py' | sort)
 }
 
-missing_of() {  # PACKAGE...
-  local name
-  for name in "$@"; do
-    dpkg-query -W -f '${Status}' "$name" 2>/dev/null | grep -q 'install ok installed' ||
-      echo "$name"
-  done
-}
-
-system_packages() {  # WHAT PACKAGE...
-  local what=$1 missing
-  shift
-  command -v dpkg-query >/dev/null || fail "$what need Debian or Ubuntu (packages: $*)"
-  mapfile -t missing < <(missing_of "$@")
-  [ "${#missing[@]}" -gt 0 ] || return 0
-  [ "$(id -u)" = 0 ] ||
-    fail "$what need: sudo apt-get install --no-install-recommends ${missing[*]}"
-  say "installing ${missing[*]}"
-  export DEBIAN_FRONTEND=noninteractive
-  apt-get -qq update
-  apt-get -qq install --yes --no-install-recommends "${missing[@]}" >"$scratch/apt.log" 2>&1 ||
-    { tail -20 "$scratch/apt.log" >&2; fail "apt-get could not install ${missing[*]}"; }
-}
-
-first_of() {  # WHAT CANDIDATE...
-  local what=$1 path
-  shift
-  for path in "$@"; do
-    if [ -e "$path" ]; then echo "$path"; return 0; fi
-  done
-  fail "$what not found (looked for $*)"
-}
-
-has_mpiio() {
-  "$1/bin/python" -c 'import h5py, sys; sys.exit(not h5py.get_config().mpi)' 2>/dev/null
-}
-
-# All but h5py is that of part one. No build isolation: it would compile mpi4py too. No
-# cache: a wheel of h5py built for another MPI crashes. No optimisation, no symbols for a
-# debugger: compiling is most of the work.
-build_h5py() {  # VENV
-  local pip=("$1/bin/python" -m pip --quiet --disable-pip-version-check) libraries
-  local place='import sysconfig; print(sysconfig.get_path("purelib"))'
-  libraries=$(first_of "parallel HDF5" /usr/lib/*/hdf5/openmpi)
-  say "building a parallel h5py (a minute or two)"
-  "${PYTHON:-python3}" -m venv --clear --without-pip "$1"
-  "$root/.venv/bin/python" -c "$place" >"$("$1/bin/python" -c "$place")/wheels.pth"
-  "${pip[@]}" install --no-compile cython pkgconfig 'setuptools>=77' wheel
-  HDF5_MPI=ON CC=mpicc.openmpi CFLAGS='-O0 -g0' HDF5_LIBDIR=$libraries \
-    HDF5_INCLUDEDIR=/usr/include/hdf5/openmpi "${pip[@]}" install --no-compile --no-cache-dir --no-build-isolation \
-    --ignore-installed --no-deps --no-binary=h5py "$h5py_parallel" \
-    >"$scratch/h5py.log" 2>&1 ||
-    { tail -30 "$scratch/h5py.log" >&2; fail "h5py did not build"; }
-  has_mpiio "$1" || fail "h5py was built but without MPI-IO"
-}
-
 on_mpiio() (
-  # without extras: their packages are those of part one
-  export HPCWHIRL_VENV=$root/.venv-mpiio HPCWHIRL_EXTRAS=
-  system_packages "the MPI-IO tests" "${packages[@]}"
-  # Debian's own, even where another MPI comes first on PATH.
-  MPI4PY_LIBMPI=$(first_of "Open MPI" /usr/lib/*/libmpi.so.40)
-  export MPI4PY_LIBMPI HPCWHIRL_MPI=/usr/bin/mpirun.openmpi
-  has_mpiio "$HPCWHIRL_VENV" || build_h5py "$HPCWHIRL_VENV"
-  # h5py must stay the one just built.
-  echo "$h5py_parallel" >"$scratch/constraints.txt"
-  export PIP_CONSTRAINT=$scratch/constraints.txt
-  # shellcheck source=scripts/environment.sh
-  . scripts/environment.sh
-  has_mpiio "$HPCWHIRL_VENV" || fail "pip replaced the parallel h5py"
-  export HPCWHIRL_MPIRUN=$MPIRUN HPCWHIRL_EXPECT_MPIIO=1
+  use_mpiio
   with_mark mpiio
   python -m pytest --processor=10 -m mpiio "${files[@]}"  # that of part one, with this h5py
 )

@@ -5,7 +5,7 @@
 # cores, and leaves no service running.
 #   scripts/test_cluster.sh [PYTEST OPTION...]
 # Once with the MPI of $HPCWHIRL_VENV (default .venv), and once more with that of
-# .venv-mpiio (Debian's Open MPI) if scripts/test.sh has made it.
+# .venv-mpiio, Debian's Open MPI. A run of all tests is noted in scripts/last_run.md.
 # shellcheck disable=SC2030,SC2031  # each run lives in a subshell of its own
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -13,10 +13,11 @@ root=$PWD
 # gridengine wants something that sends mail; msmtp-mta is no service, Debian's choice is
 packages=(slurmctld slurmd slurm-client munge
   gridengine-master gridengine-exec gridengine-client msmtp-mta)
-begun=$SECONDS
 
 say() { echo "test_cluster: $*"; }
 fail() { echo "test_cluster: $*" >&2; exit 1; }
+# shellcheck source=scripts/debian.sh
+. scripts/debian.sh
 
 missing() {
   local name
@@ -36,38 +37,32 @@ no_services() {
 }
 
 install() {
-  local absent log
-  PATH=$PATH:/usr/sbin:/sbin
-  absent=$(missing | tr '\n' ' ')
-  [ -n "$absent" ] || return 0
-  command -v apt-get >/dev/null || fail "missing: $absent"
-  [ "$(id -u)" = 0 ] ||
-    fail "needs: sudo apt-get install --no-install-recommends ${packages[*]}"
-  say "installing ${packages[*]}"
-  log=$(mktemp)
-  export DEBIAN_FRONTEND=noninteractive
-  { no_services &&
-    apt-get -qq update &&
-    apt-get -qq install --yes --no-install-recommends "${packages[@]}"; } >"$log" 2>&1 ||
-    { tail -20 "$log" >&2; fail "apt-get could not install ${packages[*]}"; }
-  rm -f "$log"
+  [ -n "$(missing)" ] || return 0
+  command -v debconf-set-selections >/dev/null || fail "missing: $(missing | xargs)"
+  no_services
+  system_packages "the schedulers" "${packages[@]}"
 }
 
-on() (  # VENV
-  export HPCWHIRL_VENV=$1 HPCWHIRL_EXTRAS=dev HPCWHIRL_CLUSTER=1
+on_wheels() (  # PYTEST OPTION...
+  export HPCWHIRL_VENV=${HPCWHIRL_VENV:-$root/.venv} HPCWHIRL_EXTRAS=dev
+  export HPCWHIRL_MPI=${HPCWHIRL_MPI:-mpich}
   # shellcheck source=scripts/environment.sh
-  . scripts/environment.sh
+  . scripts/environment.sh || exit 1
   export HPCWHIRL_MPIRUN=$MPIRUN
-  pytest -m cluster "${@:2}"
+  python -m pytest -m cluster tests/cluster "$@"
+)
+
+on_mpiio() (  # PYTEST OPTION...
+  use_mpiio
+  python -m pytest -m cluster tests/cluster "$@"
 )
 
 [ "$(id -u)" = 0 ] || fail "the daemons have to be started as root"
+export PATH=$PATH:/usr/sbin:/sbin HPCWHIRL_CLUSTER=1
 install
-export PATH=$PATH:/usr/sbin:/sbin
-HPCWHIRL_MPI=${HPCWHIRL_MPI:-mpich} on "${HPCWHIRL_VENV:-$root/.venv}" "$@"
-if [ -x "$root/.venv-mpiio/bin/python" ] && [ -x /usr/bin/mpirun.openmpi ]; then
-  MPI4PY_LIBMPI=$(ls /usr/lib/*/libmpi.so.40)
-  export MPI4PY_LIBMPI
-  HPCWHIRL_MPI=/usr/bin/mpirun.openmpi on "$root/.venv-mpiio" "$@"
-fi
-say "passed in $((SECONDS - begun)) s"
+result=passed
+on_wheels "$@" || result=FAILED
+on_mpiio "$@" || result=FAILED
+[ "$#" -gt 0 ] || "$root/.venv/bin/python" scripts/last_run.py cluster "$result"
+say "$result in $SECONDS s"
+[ "$result" = passed ]

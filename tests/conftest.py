@@ -3,6 +3,7 @@
 import gc
 import importlib
 import json
+import os
 import re
 import subprocess
 
@@ -145,7 +146,7 @@ def alone(tmp_path_factory):
 @pytest.fixture(scope="session")
 def kernels(tmp_path_factory):
     """Return where compiled kernels are kept, for one job to compile them for all."""
-    return tmp_path_factory.mktemp("numba")
+    return os.environ.get("NUMBA_CACHE_DIR") or tmp_path_factory.mktemp("numba")
 
 
 @pytest.fixture

@@ -53,12 +53,13 @@ def slurm(tmp_path_factory):
 
 
 @pytest.fixture
-def submit(slurm, tmp_path, capsys, kernels):
+def submit(slurm, tmp_path, capsys, kernels, monkeypatch):
     """Return a function: options of `job` -> number of the submitted job."""
     put_campaign(tmp_path)
     path = f"{tmp_path / 'bin'}:{ENVIRONMENT['PATH']}"
 
     def put(*options):
+        monkeypatch.chdir(tmp_path)  # `job` reads the file that the job will read
         words = ["campaign.toml", "--out", "out", "--time", "00:10:00", *options]
         assert main(["job", "slurm", *words]) == 0
         (tmp_path / "job.sh").write_text(capsys.readouterr().out)

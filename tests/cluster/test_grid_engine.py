@@ -42,7 +42,7 @@ def engine(tmp_path_factory):
 
 
 @pytest.fixture
-def submit(engine, tmp_path, capsys, kernels):
+def submit(engine, tmp_path, capsys, kernels, monkeypatch):
     """Return a function: options of `job` -> number of the submitted job.
 
     Grid Engine starts the script as a login shell, whose profile sets PATH: what a job
@@ -56,6 +56,7 @@ def submit(engine, tmp_path, capsys, kernels):
     (tmp_path / "bin/activate").write_text("\n".join(lines))
 
     def put(*options):
+        monkeypatch.chdir(tmp_path)  # `job` reads the file that the job will read
         words = ["campaign.toml", "--out", "out", "--time", "00:10:00", *options]
         assert main(["job", "sge", *words, "--venv", str(tmp_path)]) == 0
         (tmp_path / "job.sh").write_text(capsys.readouterr().out)
