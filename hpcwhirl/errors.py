@@ -28,6 +28,7 @@ FORMULA = (
     "\t",
     "\r",
 )  # first characters of a spreadsheet's formula
+SURE = 3  # characters of a beginning that tell which name was meant
 # errno of temporary failures, which end once someone frees space or remounts the file
 # system; a file server may report them in any call, as late as fsync or close
 PASSING = {errno.ENOSPC, errno.EDQUOT, errno.EROFS}
@@ -196,10 +197,13 @@ def shown(value: Any) -> str:
 def nearest(word: str, known: Iterable[str]) -> str:
     """Return a hint at a misspelt name, ``"; did you mean 'x'?"``, for a message.
 
-    x is the name in `known` that is most similar to `word`; the hint is empty if none
-    is similar.
+    x is the first shortest name in `known` that begins with `word`, else the one that
+    is most similar to it; the hint is empty if none is similar.
     """
-    matches = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    names = list(known)
+    longer = [name for name in names if name.startswith(word)]
+    matches = [min(longer, key=len)] if longer and len(word) >= SURE else []
+    matches = matches or difflib.get_close_matches(word, names, n=1, cutoff=0.6)
     return f"; did you mean '{matches[0]}'?" if matches else ""
 
 
@@ -212,9 +216,9 @@ def unknown(what: str, word: str, known: Iterable[str]) -> InputError:
     word : the name that was given
     known : allowed names; the message has the most similar one, or a list of all
     """
-    names = sorted(known)
+    names = list(known)
     word = one_line(word, SHOWN)
-    hint = nearest(word, names) or f"; known: {listed(names)}"
+    hint = nearest(word, names) or f"; known: {listed(sorted(names))}"
     return InputError(f"unknown {what} '{word}'{hint}")
 
 

@@ -6,6 +6,7 @@ checked before it is evaluated, see `analysis.condition`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -21,19 +22,47 @@ from hpcwhirl.analysis.expression import (
     value_of,
 )
 from hpcwhirl.errors import SHOWN, InputError, cases_told, nearest, one_line
+from hpcwhirl.scene.quantities import BLADES, CHAOS, OVER_SPEED, REFINED, ROW, WORN
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.scene.words import SHOWN as WORDS
 from hpcwhirl.store.reading.coded import combined
 from hpcwhirl.store.reading.reader import coded
 from hpcwhirl.store.reading.select import known_counts, variable_of
-from hpcwhirl.store.reading.shares import words_of
+from hpcwhirl.store.reading.shares import SHARE, words_of
 
 if TYPE_CHECKING:
     import xarray
 
 WORD = "word"  # variable with a case's regime or, without one, why it has none
+# {variable that only some campaigns have: what they need for it}
+NEEDS = (
+    dict.fromkeys(CHAOS, "output.chaos > 0")
+    | dict.fromkeys(BLADES, 'output.traces = "blades" or "full"')
+    | dict.fromkeys(WORN, "a layer that wears (casing.contact_law)")
+    | dict.fromkeys(OVER_SPEED, "a speed or gap that changes")
+    | dict.fromkeys(REFINED, "the table [refine]")
+    | dict.fromkeys(SHARE, "the table [twins]")
+)
 AT_ONCE = 100_000  # number of cases whose texts are read from the file at a time
+
+
+def unknown_variable(
+    name: str, known: Sequence[str], what: str, otherwise: str
+) -> InputError:
+    """Return the exception for a name that is no variable of results.
+
+    Parameters
+    ----------
+    name, known : the name; names of the results' variables
+    what, otherwise : kind of name, with a blank, or ""; end of the message where no
+        variable has a similar name
+    """
+    if name in NEEDS:
+        return InputError(f"'{name}' needs {NEEDS[name]}, which these results lack")
+    place = {one: number for number, one in enumerate(ROW)}
+    hint = nearest(name, sorted(known, key=lambda one: place.get(one, len(place))))
+    return InputError(f"unknown {what}'{one_line(name, SHOWN)}'{hint or otherwise}")
 
 
 def source_of(data: xarray.Dataset) -> Source:
@@ -49,9 +78,8 @@ def source_of(data: xarray.Dataset) -> Source:
         try:
             return variable_of(name, known, "variable")
         except InputError:
-            hint = nearest(name, known) or "; `cases --columns '?'` lists all variables"
-            msg = f"unknown variable '{one_line(name, SHOWN)}'{hint}"
-            raise InputError(msg) from None
+            every = "; `cases --columns '?'` lists all variables"
+            raise unknown_variable(name, known, "variable ", every) from None
 
     def column(name: str) -> NDArray[Any]:
         if name == WORD:

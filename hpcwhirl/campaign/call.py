@@ -111,7 +111,9 @@ class Call:
         """Return the campaign that the call's arguments describe; only on rank 0."""
         design = Design.of(self.design)
         rules = design.rules.with_options(self._options())
-        given = self.out if self.out is not None else rules.out
+        file = self.design if isinstance(self.design, str | Path) else None
+        out = rules.place(Path(file) if file else None)
+        given = self.out if self.out is not None else out
         directory = Directory(Path(given).absolute())  # a measure may change directory
         policy = Policy.of(rules, take_over=bool(self.options.get("take_over")))
         directory.check_usable()

@@ -29,6 +29,7 @@ from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError, say
 from hpcwhirl.launch import ALONE, Communicator, from_root, library_of
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
+from hpcwhirl.scene.units import written_units
 from hpcwhirl.store.atomic import make_folders, publish, telling
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import ended_in
@@ -217,7 +218,8 @@ def _preset_facts(design: Design) -> dict[str, str | float]:
 def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | float]:
     """Return the attributes of results.h5 that say how the results were made.
 
-    These are version, command, scene, hosts, ranks, libraries, time and thresholds.
+    These are version, command, scene, units of its file, hosts, ranks, libraries, time
+    and thresholds.
 
     comm : communicator of all ranks, each of which must call
     """
@@ -229,6 +231,7 @@ def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | floa
         "command": _as_text(shlex.join(sys.argv)),
         "scene": to_toml(design.base),
         **_preset_facts(design),
+        "units": ",".join(written_units()),
         "hosts": " ".join(hosts),
         "ranks": str(comm.size),
         "mpi": library_of(comm),

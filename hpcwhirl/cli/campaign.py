@@ -86,25 +86,36 @@ def _broken(args: argparse.Namespace, session: Session, failed: BaseException) -
 def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
     """Print the forecast of --dry-run, then warnings on inputs; return exit code 0.
 
-    session, prepared : invocation of the campaign; the campaign and its options
+    If the directory was begun with other inputs, a line says so, and the forecast is
+    that of a new directory beside it.
 
-    Raises
-    ------
-    InputError
-        if the directory was begun with other inputs
+    session, prepared : invocation of the campaign; the campaign and its options
     """
     from hpcwhirl.campaign.begin import check_begun
+    from hpcwhirl.campaign.foresight.growth import growing_told
 
     if not prepared.fresh:
         mends = "failed" in prepared.policy.retry
-        check_begun(prepared.design, prepared.directory.plan, mends=mends)
-    from hpcwhirl.campaign.foresight.growth import growing_told
-
+        try:
+            check_begun(prepared.design, prepared.directory.plan, mends=mends)
+        except InputError as failed:
+            say(f"{failed}; the forecast is that of a new directory")
+            prepared = prepared._replace(directory=_beside(prepared.directory))
     code = _foretell(args, session, prepared)
     _tell_inputs(prepared.design)
     if growing := growing_told(prepared.design):
         say(growing)
     return code
+
+
+def _beside(directory: Directory) -> Directory:
+    """Return a directory that does not exist, on the same file system as another."""
+    from hpcwhirl.store.directory.campaign_directory import Directory
+
+    path, number = directory.path, 1
+    while path.with_name(f"{path.name}.new-{number}").exists():
+        number += 1
+    return Directory(path.with_name(f"{path.name}.new-{number}"))
 
 
 def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:

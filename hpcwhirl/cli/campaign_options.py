@@ -239,7 +239,7 @@ def prepared_of(args: argparse.Namespace, ranks: int) -> Prepared:
     args.ranks = _ranks_foreseen(args, ranks)
     design = _design_of_call(args, settings)
     rules = rules_of(args, design.rules)
-    args.out = Path(args.out or rules.out)
+    args.out = Path(args.out or rules.place(args.file))
     directory = Directory(args.out)
     design = design if args.fresh else as_begun(design, directory.plan)
     design = replace(design, rules=rules)

@@ -204,7 +204,12 @@ def _prepared(words: Sequence[str]) -> Callable[[], int]:
     module = importlib.import_module(_command(words[0]))
     parser = _Parser(prog=f"hpcwhirl {words[0]}", description=COMMANDS[words[0]])
     module.arguments(parser)
-    return partial(module.run, parser.parse_args(words[1:]))
+    args = parser.parse_args(words[1:])
+    if not (hasattr(args, "units") or words[0] == "campaign"):
+        return partial(module.run, args)
+    from hpcwhirl.cli.written import in_written_units
+
+    return partial(in_written_units, module.run, args)
 
 
 def _help(words: Sequence[str]) -> int:

@@ -59,7 +59,8 @@ def run(args: argparse.Namespace) -> int:
     rules = design.rules
     for name, key in IN_FILE.items():
         if values[name] is None:
-            default = FIELDS[name].default
+            place = rules.place(Path(values["file"]))
+            default = place if name == "out" else FIELDS[name].default
             in_file = key in rules.model_fields_set
             values[name] = getattr(rules, key) if in_file else default
     values |= {name: tuple(getattr(args, name)) for name in ("modules", "constraint")}

@@ -24,6 +24,7 @@ from hpcwhirl.errors import SHOWN, InputError, WhirlError, one_line, say, shown
 from hpcwhirl.reduction.families import UNKNOWN, modal_table
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.quantities import DERIVED
+from hpcwhirl.scene.units import ANGULAR, in_shown, showing, shown_in
 from hpcwhirl.structure import blade_stiffness
 
 MOST_ORDERS = 10_000  # largest number of super-harmonics
@@ -42,6 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--up-to HZ",
         f"highest frequency printed (default {SHOWN_HZ:g}; JSON has all)",
         default=SHOWN_HZ, type=float)
+    options.add_units(parser, "speeds and lengths")
 
 
 def facts_of(case: Case, orders: int, fastest: float = 0.0) -> dict[str, Any]:
@@ -74,6 +76,7 @@ def run(args: argparse.Namespace) -> int:
     if not 1 <= args.orders <= MOST_ORDERS:
         msg = f"--orders must be >= 1 and <= {MOST_ORDERS}, got {shown(args.orders)}"
         raise InputError(msg)
+    asked = options.asked_units(args.units)
     scene = options.scene_of(args.scene, args.settings)
     case = resolve(scene)
     fastest = _fastest(args.scene, args.settings)
@@ -85,13 +88,12 @@ def run(args: argparse.Namespace) -> int:
         say(told)
     if args.json:
         options.print_json(facts)
-    elif args.explain:
-        options.print_notes(facts["plan"]["left_out"])
-        _show_rotations(facts["rotations"], scene)
-        if facts["rotation"]["auto"] is not None:
-            print(facts["rotation"]["auto"]["told"])
-    else:
-        _show(facts, args.up_to, scene.nodal_diameter)
+        return 0
+    with showing(asked):
+        if args.explain:
+            _explain(facts, scene)
+        else:
+            _show(facts, args.up_to, scene.nodal_diameter)
     return 0
 
 
@@ -110,6 +112,13 @@ def _fastest(name: str, settings: list[str]) -> float:
     except WhirlError:  # of tables that this command ignores
         return 0.0
     return fastest_of(design)
+
+
+def _explain(facts: dict[str, Any], scene: Scene) -> None:
+    options.print_notes(facts["plan"]["left_out"])
+    _show_rotations(facts["rotations"], scene)
+    if facts["rotation"]["auto"] is not None:
+        print(facts["rotation"]["auto"]["told"])
 
 
 def _show_plan(plan: dict[str, Any]) -> None:
@@ -138,8 +147,8 @@ def _show_rotations(rotations: dict[str, Any], scene: Scene) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    unit, kinds = DERIVED["critical_speed"].unit, list(rotations)
-    table = Table(f"rotation, at {scene.speed:g} {unit}", *kinds)
+    kinds = list(rotations)
+    table = Table(f"rotation, at {in_shown(scene.speed, ANGULAR)}", *kinds)
     rows: dict[str, dict[str, str]] = {}
     for kind, facts in rotations.items():
         for name, number in _numbers(facts, {1, scene.nodal_diameter}).items():
@@ -160,7 +169,7 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
     facts : facts of the rotor, with or without the terms of rotation
     diameters : nodal diameters to include
     """
-    unit, out = DERIVED["critical_speed"].unit, {}
+    (unit, factor), out = shown_in(ANGULAR), {}
     for k, family in product(sorted(diameters), ("1F", "suspension")):
         lines = [
             line
@@ -168,7 +177,7 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
             if (line["nodal_diameter"], line["family"]) == (k, family)
         ]
         for frame in ("rotating", "static") if lines else ():
-            numbers = ", ".join(f"{line[frame]:.1f}" for line in lines)
+            numbers = ", ".join(f"{factor * line[frame]:.1f}" for line in lines)
             out[f"{family}, k = {k}: {frame} frame, {unit}"] = numbers
         if lines:
             numbers = ", ".join(f"{line['damping_ratio']:.3g}" for line in lines)
@@ -176,21 +185,24 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
     for row in facts["critical_speeds"]:
         if row["nodal_diameter"] in diameters:
             name = f"Eq. 13, {row['family']}, k = {row['nodal_diameter']}, {unit}"
-            out[name] = f"{row['speed']:.1f}"
+            out[name] = f"{factor * row['speed']:.1f}"
     for speed in facts["unbalance_speeds"]:
         name = f"critical speed of an unbalance, undamped, {unit}"
-        out[name] = ", ".join(filter(None, [out.get(name, ""), f"{speed:.1f}"]))
+        shown = f"{factor * speed:.1f}"
+        out[name] = ", ".join(filter(None, [out.get(name, ""), shown]))
     out[f"free motion grows, {unit}"] = _spans_of_growth(facts)
     of = "growth" if facts["growth"] > 0.0 else "slowest decay"
     out[f"{of} of free motion, 1/s"] = f"{abs(facts['growth']):.3g}"
     if facts["tip_growth"] is not None:
-        out["radial growth of the tips, mm"] = f"{1e3 * facts['tip_growth']:.3g}"
-        out["clearance at speed, mm"] = f"{1e3 * facts['clearance']:.4g}"
+        length, scale = shown_in("m")
+        growth = scale * facts["tip_growth"]
+        out[f"radial growth of the tips, {length}"] = f"{growth:.3g}"
+        out[f"clearance at speed, {length}"] = f"{scale * facts['clearance']:.4g}"
     return out | _film_numbers(facts["film"]) | _circle_numbers(facts["unbalance"])
 
 
 def _spans_of_growth(facts: dict[str, Any]) -> str:
-    """Return the bands of speed in which free motion grows as text, rad/s.
+    """Return the bands of speed in which free motion grows as text, without the unit.
 
     facts : facts of the rotor, see `analysis.rotation.rotation_of_case`
     """
@@ -200,8 +212,9 @@ def _spans_of_growth(facts: dict[str, Any]) -> str:
 
 
 def _band_told(band: dict[str, Any]) -> str:
-    end = f"to {band['end']:.1f}" if band["ends"] else "on"
-    return f"{band['start']:.1f} {end}"
+    factor = shown_in(ANGULAR)[1]
+    end = f"to {factor * band['end']:.1f}" if band["ends"] else "on"
+    return f"{factor * band['start']:.1f} {end}"
 
 
 def searched_told(searched: dict[str, Any] | None) -> str:
@@ -211,13 +224,14 @@ def searched_told(searched: dict[str, Any] | None) -> str:
     """
     if searched is None:
         return "(rotation none)"
-    low, high = searched["low"], searched["high"]
+    unit, factor = shown_in(ANGULAR)
+    low, high = factor * searched["low"], factor * searched["high"]
     told = f"from {low:.4g} to {high:.4g}" if low else f"up to {high:.4g}"
     ends = {
         "table": ", where the bearing's table ends",
         "stiffness": ", where blades lose their stiffness",
     }
-    return f"{told} rad/s{ends.get(searched['ends'], '')}"
+    return f"{told} {unit}{ends.get(searched['ends'], '')}"
 
 
 def growth_told(rotation: dict[str, Any]) -> list[str]:
@@ -228,13 +242,15 @@ def growth_told(rotation: dict[str, Any]) -> list[str]:
     searched = rotation["searched"]
     within = searched_told(searched)
     if searched and searched["resolution"]:
-        within += f"; no band wider than {searched['resolution']:.2g} rad/s is missed"
+        width = in_shown(searched["resolution"], ANGULAR, 2)
+        within += f"; no band wider than {width} is missed"
     if not rotation["bands"]:
         return [f"free motion grows at no speed {within}"]
     lines = [
-        f"free motion grows from {_band_told(band)} rad/s: at most {band['growth']:.3g}"
-        f" 1/s, at {band['speed']:.4g} rad/s, {band['family']} of k = "
-        f"{band['nodal_diameter']} with {abs(band['frequency']):.4g} rad/s "
+        f"free motion grows from {_band_told(band)} {shown_in(ANGULAR)[0]}: at most "
+        f"{band['growth']:.3g} 1/s, at {in_shown(band['speed'], ANGULAR, 4)}, "
+        f"{band['family']} of k = {band['nodal_diameter']} with "
+        f"{in_shown(abs(band['frequency']), ANGULAR, 4)} "
         f"{'forward' if band['frequency'] > 0.0 else 'backward'} in the static frame"
         for band in rotation["bands"]
     ]
@@ -304,8 +320,8 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
     ]
     if growth is not None:
         lines.append(
-            f"rotation pulls tips out by {1e3 * growth:.3g} mm: clearance at speed "
-            f"{1e3 * rotation['clearance']:.4g} mm"
+            f"rotation pulls tips out by {in_shown(growth, 'm', 3)}: clearance at "
+            f"speed {in_shown(rotation['clearance'], 'm', 4)}"
         )
     lines += growth_told(rotation)
     return [*lines, told_circle(circle)] if circle else lines
@@ -358,7 +374,7 @@ def _show(facts: dict[str, Any], up_to: float, lobes: int) -> None:
     from rich.table import Table
 
     console = Console()
-    hertz, speed = DERIVED["frequency"].unit, DERIVED["critical_speed"].unit
+    hertz, (speed, factor) = DERIVED["frequency"].unit, shown_in(ANGULAR)
     columns = "nodal diameter", hertz, "centre share", "clearance consumption"
     table = Table("body", "family", *columns)
     shown = [mode for mode in facts["modes"] if mode["frequency_hz"] <= up_to]
@@ -374,14 +390,14 @@ def _show(facts: dict[str, Any], up_to: float, lobes: int) -> None:
     else:
         console.print(facts["rotor_from_file"]["told"], soft_wrap=True, markup=False)
     if facts["critical_speeds"]:
-        heading = f"critical speed (Eq. 13) up to {SHOWN_SPEED:g} {speed}"
-        heading += f", of the load's k = {lobes} all"
+        heading = f"critical speed (Eq. 13), {speed}: up to {factor * SHOWN_SPEED:.4g}"
+        heading += f", all of the load's k = {lobes}"
         speeds = Table("nodal diameter", "family", "order", heading)
         for row in facts["critical_speeds"]:
             if row["speed"] > SHOWN_SPEED and row["nodal_diameter"] != lobes:
                 continue
             cells = (row[n] for n in ("nodal_diameter", "family", "order"))
-            speeds.add_row(*map(str, cells), f"{row['speed']:.1f}")
+            speeds.add_row(*map(str, cells), f"{factor * row['speed']:.1f}")
         console.print(speeds)
     for line in _limits_and_circle(facts):
         console.print(line, soft_wrap=True, markup=False)

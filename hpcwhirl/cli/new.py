@@ -11,6 +11,7 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.command import add_option
+from hpcwhirl.cli.options import tell_remarks
 from hpcwhirl.errors import InputError, say, shown
 from hpcwhirl.scene.units import in_si, told_of
 
@@ -77,6 +78,7 @@ def run(args: argparse.Namespace) -> int:
     write_whole(args.file, text.encode(), check)
     print(f"{args.file}: {told_of_model(checked)}")
     print(f"{args.file}: {told_of_pulse(scene, checked)}")
+    tell_remarks(scene)
     if not FANS[0] <= checked.share <= FANS[1]:
         hint = f"1F of fans is {FANS[0]:g} to {FANS[1]:g} of full speed, in Hz: change "
         hint += "--frequency or --speed"

@@ -134,7 +134,8 @@ def add_units(parser: argparse.ArgumentParser, what: str) -> None:
     # fmt: off
     add_option(parser, "--units UNIT[,UNIT]",
         f"units, such as mm,rpm,kN, of {what}; si: as stored (default: practical, "
-        "mm and kN, in text and figures; si in CSV and JSON)")
+        "those of the campaign's file, else mm and kN, in text and figures; si in CSV "
+        "and JSON)")
 
 
 def asked_units(text: str | None) -> tuple[str, ...]:

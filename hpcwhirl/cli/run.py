@@ -14,6 +14,14 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.errors import InputError
+from hpcwhirl.scene.units import (
+    ANGULAR,
+    Quantity,
+    in_shown,
+    showing,
+    shown_in,
+    with_unit,
+)
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.plan.design import Design
@@ -41,6 +49,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--plot DIR", "draw orbit and traces into DIR", type=Path)
     options.add_explain(parser)
     add_option(parser, "--quiet", "show no progress")
+    options.add_units(parser, "the summary")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -53,12 +62,9 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.campaign.simulate import course_of
     from hpcwhirl.case.speed import changes
 
+    asked = options.asked_units(args.units)
     scene = options.scene_of(args.scene, args.settings)
-    if scene.output.traces in {"summary", "blades"} and args.plot:
-        msg = f"--plot needs traces = orbit or full, got {scene.output.traces}"
-        raise InputError(msg)
-    options.check_writable(args.out, folder=False)
-    options.check_writable(args.plot, folder=True)
+    _check_outputs(args, scene)
     options.tell_preset(scene)
     design = Design.one(scene)
     course = course_of(scene)
@@ -74,10 +80,19 @@ def run(args: argparse.Namespace) -> int:
     try:
         _write(args, design, result)
     finally:  # files first, then the summary: each even if the other fails
-        (options.print_json if args.json else _show)(facts)
+        with showing(asked):
+            (options.print_json if args.json else _show)(facts)
     for note in all_notes(scene, result.row):
         print(note, file=sys.stderr)
     return 1 if result.row["outcome"] == "unstable" else 0
+
+
+def _check_outputs(args: argparse.Namespace, scene: Scene) -> None:
+    if scene.output.traces in {"summary", "blades"} and args.plot:
+        msg = f"--plot needs traces = orbit or full, got {scene.output.traces}"
+        raise InputError(msg)
+    options.check_writable(args.out, folder=False)
+    options.check_writable(args.plot, folder=True)
 
 
 def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
@@ -204,8 +219,16 @@ def motion_told(facts: Mapping[str, Any]) -> str:
 
 
 def _span(first: float, last: float) -> str:
-    """Return two numbers as text, "370 to 430"; as one if they are equal."""
-    return " to ".join(dict.fromkeys(f"{end:.5g}" for end in (first, last)))
+    """Return two speeds as text, "370 to 430 rad/s"; as one if they are equal."""
+    unit, factor = shown_in(ANGULAR)
+    ends = (f"{factor * end:.5g}" for end in (first, last))
+    return f"{' to '.join(dict.fromkeys(ends))} {unit}"
+
+
+def _row(told: Quantity, name: str, value: float) -> tuple[str, str]:
+    """Return name with unit, and value, of a quantity in the unit that is shown."""
+    unit, factor = shown_in(told.unit)
+    return with_unit(name, unit), f"{factor * value:.6g}"
 
 
 def over_speed_told(facts: Mapping[str, Any]) -> list[str]:
@@ -218,12 +241,12 @@ def over_speed_told(facts: Mapping[str, Any]) -> list[str]:
     from hpcwhirl.analysis.over_speed import spells_of
 
     lines = [
-        f"{one.begin:.4g} to {one.end:.4g} s, {_span(one.first, one.last)} rad/s: "
+        f"{one.begin:.4g} to {one.end:.4g} s, {_span(one.first, one.last)}: "
         f"{one.regime}, whirl {one.whirl}"
         for one in spells_of(facts.get("words_over_speed", ""))
     ]
     lines += [
-        f"critical speed {one['speed']:.6g} rad/s of {one['of']}, crossed at "
+        f"critical speed {in_shown(one['speed'], ANGULAR)} of {one['of']}, crossed at "
         f"{one['time']:.4g} s"
         for one in facts.get("crossings", ())
     ]
@@ -255,13 +278,12 @@ def _show(facts: dict[str, Any]) -> None:
         "contact_impulse", "last_contact", "orbit_radius", "centre_peak",
         "growth_rate", "growth_error", "whirl_ratio", "line_frequency",
     ):  # fmt: skip
-        table.add_row(ROW[name].labelled(name), f"{facts[name]:.6g}")
+        table.add_row(*_row(ROW[name], name, facts[name]))
     if facts["tip_growth"] > 0.0:
-        told = ROW["tip_growth"].labelled("tip_growth")
-        table.add_row(told, f"{facts['tip_growth']:.6g}")
-    for term in facts["ledger"]:
-        told = (ROW | WORN)[f"{LEDGER}{term}"].labelled(BALANCE[term])
-        table.add_row(told, f"{facts['ledger'][term]:.6g}")
+        table.add_row(*_row(ROW["tip_growth"], "tip_growth", facts["tip_growth"]))
+    for term, value in facts["ledger"].items():
+        told = (ROW | WORN)[f"{LEDGER}{term}"]
+        table.add_row(*_row(told, BALANCE[term], value))
     console.print(table)
     taken = [term for term in FED if facts["ledger"][term] < 0]
     if taken:

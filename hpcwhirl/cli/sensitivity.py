@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cli.options import OR_FILE, add_json, print_json
+from hpcwhirl.cli.options import OR_FILE, add_json, add_units, asked_units, print_json
 from hpcwhirl.errors import say
+from hpcwhirl.scene.units import showing, shown_in
 
 if TYPE_CHECKING:
     import xarray
@@ -33,6 +34,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "only points of the sweep with this value of a swept input", default=[])
     add_option(parser, "--out DIR",
         "directory for the figures (default: directory of the results)", type=Path)
+    add_units(parser, "swept inputs and figures")
     add_option(parser, "--csv", "print the table as CSV")
     add_json(parser)
 
@@ -47,8 +49,8 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.reading.reader import open_results
     from hpcwhirl.store.reading.results_file import results_of
 
-    place = results_of(args.folder)
-    with open_results(place) as data, reading(place):
+    place, asked = results_of(args.folder), asked_units(args.units)
+    with open_results(place) as data, reading(place), showing(asked):
         found = _found(args, data)
         paths = draw_sensitivity(data, found, args.out or place.parent)
     rows = _rows(found)
@@ -59,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
         out.writeheader()
         out.writerows(rows)
     else:
-        _print_table(rows)
+        _print_table(rows, found, asked)
         for path in paths:
             print(path)
     tell(found)
@@ -94,16 +96,23 @@ def _rows(found: xarray.Dataset) -> list[dict[str, Any]]:
     return list(table[names].to_dict("records"))
 
 
-def _print_table(rows: list[dict[str, Any]]) -> None:
+def _print_table(
+    rows: list[dict[str, Any]], found: xarray.Dataset, asked: tuple[str, ...]
+) -> None:
     import numpy as np
 
-    from hpcwhirl.cli.tables import print_table
+    from hpcwhirl.cli.tables import print_table, unit_of
 
     shown = [name for name in rows[0] if name not in HIDDEN]
     columns = {name: np.array([row[name] for row in rows]) for name in shown}
+    units = dict.fromkeys(columns, "")
+    with showing(asked):
+        for name in set(shown) & set(map(str, found.variables)):
+            units[name], factor = shown_in(unit_of(found, name))
+            columns[name] = columns[name] * factor if factor != 1.0 else columns[name]
     for order in ("first", "total"):
         columns[order] = np.array([_interval(row, order) for row in rows])
-    print_table(columns, dict.fromkeys(columns, ""), len(rows))
+    print_table(columns, units, len(rows))
 
 
 def _interval(row: dict[str, Any], order: str) -> str:

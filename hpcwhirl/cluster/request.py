@@ -73,8 +73,8 @@ class Request:
     scheduler: str
     file: str
     out: str = _option("DIR",
-        "directory of the campaign (default: out in the file's [campaign], else "
-        "campaign)", "campaign")
+        "directory of the campaign (default: out in the file's [campaign], else the "
+        "file's name without .toml)", "campaign")
     ntasks: int = _option("N",
         "number of ranks of the job, or of each array element (default 32)", 32)
     time: str = _option("[D-]HH:MM:SS",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -102,8 +103,9 @@ class Campaign(TableModel):
     """
 
     # fmt: off
-    out: Annotated[str, AfterValidator(_path)] = key("campaign",
-        "directory of the campaign; a campaign that it already holds is continued",
+    out: Annotated[str, AfterValidator(_path)] | None = key(None,
+        "directory of the campaign (default: the file's name without .toml, in the "
+        "working directory); a campaign that it already holds is continued",
         "the path of a directory")
     retry: Annotated[frozenset[str], BeforeValidator(_statuses)] = key(frozenset(),
         "compute again the cases with this status, or with several statuses, separated "
@@ -146,6 +148,14 @@ class Campaign(TableModel):
         return self.model_copy(
             update={name: getattr(other, name) for name in other.model_fields_set}
         )
+
+    def place(self, file: Path | None) -> str:
+        """Return the directory of the campaign that a file describes.
+
+        file : the campaign's file; None: there is none
+        """
+        stem = file.stem if file is not None and file.suffix else ""
+        return self.out or stem or "campaign"
 
     def pictures(self, cases: int) -> set[str]:
         """Return which of "map" and "page" (report.html) are made for `cases` cases."""

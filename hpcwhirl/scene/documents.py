@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from hpcwhirl.errors import (
     MissingFileError,
     as_table,
     one_line,
+    say,
     shown,
     unknown,
 )
@@ -42,8 +43,10 @@ from hpcwhirl.scene.plain_data import (
     scene_from,
 )
 from hpcwhirl.scene.quantities import INPUTS, variable_name
+from hpcwhirl.scene.rules import CHANGING
 from hpcwhirl.scene.swept import KEYS, MOST_CASES, flat
 from hpcwhirl.scene.table_model import anchored
+from hpcwhirl.scene.units import is_shown_in, measure
 
 DESIGN_TABLES = (*KEYS, *TABLES)  # only in campaign files
 WIDEST = 1000  # largest number of bits of a whole number, so that it fits a float
@@ -112,11 +115,55 @@ def scene_of_document(
             raise InputError(f"[scene] {table}: write it as the table [{table}]")
         if table in document:
             data[table] = document[table]
+    data = _ended(document, data, settings or {})
     if isinstance(data.get("engine"), Mapping):
         data["engine"] = _placed(data["engine"], folder)
     scene = _set(data, preset_in(document), settings or {})
     check_label(scene)
     return scene
+
+
+def _ended(
+    document: Mapping[str, Any], data: dict[str, Any], settings: Mapping[str, Value]
+) -> dict[str, Any]:
+    """Return the inputs of a file with ``until = "decided"`` replaced where it must.
+
+    A run in which speed or gap changes in time ends at its time; a line on stderr tells
+    that. Files of `hpcwhirl new` have "decided".
+
+    document, data, settings : as for `scene_of_document`; inputs of [scene] and the
+        other tables in it
+    """
+    solver = data.get("solver")
+    named = {name.rpartition(".")[2]: value for name, value in settings.items()}
+    if (
+        not isinstance(solver, Mapping)
+        or named.get("until", solver.get("until")) != "decided"
+        or "until" in named
+    ):
+        return data
+    given = {**data, **named}
+    changing = [
+        name for name, none in CHANGING.items() if given.get(name, none) != none
+    ]
+    changing += [name for name in _listed(document) if name in CHANGING]
+    if not changing:
+        return data
+    why = f"with {changing[0]}, speed or gap changes in time"
+    say(f'solver.until = "decided" gives way to "end": {why}')
+    return {**data, "solver": {**solver, "until": "end"}}
+
+
+def _listed(document: Mapping[str, Any]) -> list[str]:
+    """Return the last parts of the names of inputs in the tables that list cases."""
+    tables = [document.get(name) for name in (*KEYS, "sample")]
+    rows = [row for t in tables for row in (t if isinstance(t, list) else [t])]
+    return [
+        str(name).rpartition(".")[2]
+        for row in rows
+        if isinstance(row, Mapping)
+        for name in row
+    ]
 
 
 def _set(
@@ -275,6 +322,34 @@ def load_document(path: Path | str) -> dict[str, Any]:
         why = one_line(TWICE.sub(_twice, why), 300)
         msg = f"{path} is not valid TOML: {why}"
         raise InputError(msg) from None
+
+
+def units_of_document(document: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the units that a file is written in, in which its numbers are shown.
+
+    Of several units of one quantity the first counts, of swept inputs before others.
+    Times stay in s, and [engine], whose sizes differ by orders, is not asked.
+
+    document : parsed TOML
+    """
+    tables = (document.get(name) for name in (*KEYS, "sample", "scene"))
+    texts = (one for table in tables for one in _texts(table))
+    units = dict.fromkeys(found[1] for one in texts if (found := measure(one)))
+    known = {quantity.unit for quantity in INPUTS.values()} - {"1", "s"}
+    first: dict[str, str] = {}
+    for unit in units:
+        for si in known:
+            if is_shown_in(si, unit):
+                first.setdefault(si, unit)
+    return tuple(dict.fromkeys(first.values()))
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """Yield the texts inside tables and lists of parsed TOML, in their order."""
+    if isinstance(value, str):
+        yield value
+    for one in _members(value):
+        yield from _texts(one)
 
 
 def _text_of(path: Path | str) -> str:

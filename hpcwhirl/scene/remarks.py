@@ -14,6 +14,7 @@ import numpy as np
 
 from hpcwhirl.scene.batch_validation import Columns, Condition, Many, end_times
 from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.quantities import INPUTS
 from hpcwhirl.scene.table import Table
 
 MOST_FRICTION = 1.0  # largest coefficient without a warning; dry metals: 0.1 to 0.8
@@ -21,6 +22,9 @@ MOST_TIP_SPEED = 1000.0  # m/s, largest without a warning; engines, turbines: 30
 MOST_SLENDER = 0.5  # largest ratio of a film's length to diameter that counts as short
 MOST_GAPS = 5.0  # largest motion of the casing by the pulse, in gaps, without a warning
 MOST_GAP = 0.05  # largest gap / tip radius without a warning; engines: 0.001 to 0.005
+MOST_RADIUS = 10.0  # m, largest tip radius without a warning; fans: below 2
+LEAST_YOUNG = 1e8  # Pa, least modulus without a warning; metals: 4e10 to 4e11
+LEAST_DENSITY = 200.0  # kg/m^3, least without a warning; composites: 1500
 RPM = 30.0 / math.pi  # rpm per rad/s
 
 
@@ -38,6 +42,32 @@ class _Remark(NamedTuple):
 def _has_section(get: Columns) -> Any:
     ring = np.equal(get("engine.casing.kind"), "ring")
     return ring & np.not_equal(get("engine.casing.discretization"), "file")
+
+
+def _is_beams(get: Columns) -> Any:
+    return np.equal(get("engine.file"), "")
+
+
+def _too_small(name: str, least: float, where: Condition, remedy: str) -> _Remark:
+    """Return the warning on a constant of a material that is below `least`.
+
+    Parameters
+    ----------
+    name : dotted name of the input
+    least : least value without a warning
+    where : condition for the input to count
+    remedy : beginning of a text with the unit that was meant
+    """
+    part = name.removeprefix("engine.")
+    unit = INPUTS[name].unit
+    return _Remark(
+        (name, "engine.file", "engine.casing.kind", "engine.casing.discretization"),
+        lambda get: where(get) & (np.asarray(get(name), dtype=float) < least),
+        lambda get: (
+            f"{part} is {get(name):g} {unit}: in SI, or as a text, "
+            f'{name.rpartition(".")[2]} = "{get(name):g} {remedy}"'
+        ),
+    )
 
 
 def _outlasts(get: Columns) -> Any:
@@ -102,11 +132,22 @@ _REMARKS = (
         f"{get('engine.rotor.radius'):g} m: lengths are in m, or texts with a unit, as "
         "gap = \"0.8 mm\"",
     ),
+    _too_small("engine.rotor.young", LEAST_YOUNG, _is_beams, "GPa"),
+    _too_small("engine.rotor.density", LEAST_DENSITY, _is_beams, "g/cm^3"),
+    _too_small("engine.casing.young", LEAST_YOUNG, _has_section, "GPa"),
+    _too_small("engine.casing.density", LEAST_DENSITY, _has_section, "g/cm^3"),
     _Remark(
         ("speed", "engine.rotor.radius"),
         lambda get: _tip_speed(get) > MOST_TIP_SPEED,
         lambda get: f"speed is {get('speed'):g} rad/s, {_tip_speed(get):.0f} m/s at the"
         f" tips: {get('speed'):g} rpm would be {get('speed') / RPM:.4g}",
+    ),
+    _Remark(
+        ("engine.rotor.radius", "engine.file"),
+        lambda get: _is_beams(get)
+        & (np.asarray(get("engine.rotor.radius"), dtype=float) > MOST_RADIUS),
+        lambda get: f"the tip radius is {get('engine.rotor.radius'):g} m: lengths are "
+        "in m, or texts with a unit, as radius = \"600 mm\"",
     ),
     _Remark(
         ("acceleration", "speed_to"),

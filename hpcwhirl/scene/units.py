@@ -3,8 +3,9 @@
 Plain numbers of inputs are in SI; UDUNITS is imported only for a text with a unit.
 Decimal arithmetic avoids rounding: "0.8 mm" gives the same number as 0.8e-3.
 
-Printed tables and figures are in practical units, mm and kN, or in those of an option
---units, see `showing`; CSV, JSON and results, which programs read, are in SI.
+Printed tables and figures are in the units of the campaign's file, see `written_in`,
+else in practical units, mm and kN, or in those of an option --units, see `showing`;
+CSV, JSON and results, which programs read, are in SI.
 """
 
 from __future__ import annotations
@@ -109,11 +110,12 @@ WRITTEN = (
     "1/min", "deg/s", "rad", "rad/s^2", "rpm/s", "m/s", "mm/s", "N s", "N s/m", "ksi",
     "Pa s", "J", "mJ", "kJ", "kg m", "g m", "kg mm", "kg m^2",
 )  # fmt: skip
-TURNING = {ANGULAR, "rpm", *CYCLES}
+TURNING = {ANGULAR, "rpm", "RPM", "krpm", *CYCLES}
 PRACTICAL = {"m": ("mm", 1e3), "N": ("kN", 1e-3)}  # {SI unit: (unit shown, factor)}
 AS_SHOWN, AS_STORED = "practical", "si"  # words accepted instead of names of units
 Found = TypeVar("Found")
 _asked: ContextVar[tuple[str, ...]] = ContextVar("asked", default=(AS_SHOWN,))
+_written: ContextVar[tuple[str, ...]] = ContextVar("written", default=())
 
 
 def measure(value: object) -> tuple[str, str] | None:
@@ -163,15 +165,37 @@ def showing(asked: Sequence[str]) -> Iterator[None]:
         _asked.reset(before)
 
 
+@contextmanager
+def written_in(units: Sequence[str]) -> Iterator[None]:
+    """Within this context, practical units are these, and then those of `PRACTICAL`.
+
+    units : those of a campaign's file, from `documents.units_of_document`
+    """
+    before = _written.set(tuple(units))
+    try:
+        yield
+    finally:
+        _written.reset(before)
+
+
+def written_units() -> tuple[str, ...]:
+    """Return the units set by `written_in`."""
+    return _written.get()
+
+
 def shown_in(unit: str) -> tuple[str, float]:
     """Return the unit in which to show numbers of an SI unit, and the factor to it.
 
     The unit is the first one set by `showing` that measures the same quantity, where
-    `AS_SHOWN` stands for the units of `PRACTICAL`; if none does, the SI unit with
-    factor 1. Numbers without unit ("1") are never converted, and only an angular speed,
-    rad/s, is shown in revolutions or cycles.
+    `AS_SHOWN` stands for those set by `written_in` and of `PRACTICAL`; if none does,
+    the SI unit with factor 1. Numbers without unit ("1") are never converted, and only
+    an angular speed, rad/s, is shown in revolutions or cycles.
     """
-    for asked in _asked.get():
+    found = _asked.get()
+    if AS_SHOWN in found:
+        at = found.index(AS_SHOWN)
+        found = (*found[:at], *_written.get(), *found[at:])
+    for asked in found:
         if asked == AS_STORED:
             break
         if asked == AS_SHOWN:
@@ -185,12 +209,23 @@ def shown_in(unit: str) -> tuple[str, float]:
 @lru_cache(maxsize=256)
 def _shown(unit: str, asked: str) -> float:
     """Return the factor from an SI unit to the unit `asked`; 0 if quantities differ."""
-    if unit in {"", "1"} or (asked in TURNING) != (unit == ANGULAR):
+    if unit in {"", "1"} or asked == "%" or (asked in TURNING) != (unit == ANGULAR):
         return 0.0
     try:
         return float(1 / _factor(asked, unit))
     except ValueError:
         return 0.0
+
+
+def in_shown(value: float, unit: str, digits: int = 6) -> str:
+    """Return a number in SI as text with its unit, both as `shown_in` has them."""
+    name, factor = shown_in(unit)
+    return with_unit(f"{factor * value:.{digits}g}", name, " ")
+
+
+def is_shown_in(unit: str, asked: str) -> bool:
+    """Return whether `shown_in` may show numbers of an SI unit in the unit `asked`."""
+    return _shown(unit, asked) != 0.0
 
 
 def units_asked(text: str | None, known: Sequence[str]) -> tuple[str, ...]:

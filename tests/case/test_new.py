@@ -5,6 +5,7 @@ import errno
 import json
 import math
 import os
+from contextlib import nullcontext
 
 import pytest
 
@@ -142,6 +143,58 @@ def test_the_file_goes_through_model_and_campaign(tmp_path, monkeypatch, capsys)
     assert (hpcwhirl.words(data.status) == "ok").all()
     assert (data.contacts > 0).all()
     assert (hpcwhirl.words(data.outcome) != "unstable").all()
+
+
+@pytest.mark.parametrize(
+    ("added", "told"),
+    [
+        ("acceleration = -60\nspeed_to = 100", "with acceleration, speed or gap"),
+        ("gap_closure = 1e-4\ngap_time = 0.1", "with gap_closure, speed or gap"),
+        (
+            'speed_table = "time,speed;0,444.430640727836;2,300"',
+            "with speed_table, speed or",
+        ),
+        ('gap_table = "time,gap;0,0.8e-3;2,0.5e-3"', "with gap_table, speed or gap"),
+        ("unbalance = 1e-3", ""),
+    ],
+)
+def test_a_study_can_be_added_to_the_file(tmp_path, capsys, added, told):
+    path = made(tmp_path, *ASKED)
+    text = path.read_text().partition("\n[sweep]")[0]
+    path.write_text(text.replace("\n[engine]", f"\n{added}\n[engine]", 1))
+    capsys.readouterr()
+    scene = scene_of(str(path), [])
+    assert scene.solver.until == ("end" if told else "decided")
+    err = capsys.readouterr().err
+    assert told in err
+    assert err.count("gives way") == bool(told)
+    with pytest.raises(InputError, match="until must be") if told else nullcontext():
+        scene_of(str(path), ["until=decided"])
+
+
+def test_a_sweep_over_run_ups_can_be_added_to_the_file(tmp_path, capsys):
+    path = made(tmp_path, *ASKED)
+    text = path.read_text().partition("\n[sweep]")[0]
+    path.write_text(f"{text}\n[sweep]\nacceleration = [-10, 0, 10]\n")
+    design = load_design(path, {})
+    assert {scene.solver.until for scene in design.scenes} == {"end"}
+    assert "gives way to" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--gap", "0.5"], "gap is 0.5 m, the tip radius 0.5 m: lengths are in m"),
+        (["--radius", "600"], "the tip radius is 600 m: lengths are in m, or texts"),
+        (["--speed", "6000"], "3000 m/s at the tips: 6000 rpm would be 628.3"),
+        (ASKED, ""),
+    ],
+)
+def test_sizes_that_no_engine_has_are_told(tmp_path, capsys, words, told):
+    made(tmp_path, *words)
+    err = capsys.readouterr().err
+    assert told in err
+    assert told or err == ""
 
 
 def test_a_file_is_never_overwritten(tmp_path, capsys):

@@ -28,6 +28,9 @@ WRONG = {
         "film_length is 0.2 m, more than 0.5 of the film's diameter",
     ),
     "mm of the gap": ({"gap": 0.8}, "gap is 0.8 m, the tip radius 0.5 m: lengths are"),
+    "GPa": ({"rotor.young": 210.0}, "rotor.young is 210 Pa: in SI, or as a text, yo"),
+    "g/cm^3": ({"casing.density": 7.8}, 'density = "7.8 g/cm^3"'),
+    "mm of the radius": ({"rotor.radius": 600.0, "speed": 1.0}, "radius is 600 m"),
     "constant": ({"speed_to": 500.0}, "but acceleration is 0: the speed does not go"),
     "mm": ({"casing.thickness": 41.3}, "lengths are in m"),
 }

@@ -11,8 +11,16 @@ from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, digest, parse_setting
+from hpcwhirl.scene.documents import units_of_document
 from hpcwhirl.scene.quantities import INPUTS
-from hpcwhirl.scene.units import in_si, measure, showing, shown_in, units_asked
+from hpcwhirl.scene.units import (
+    in_si,
+    measure,
+    showing,
+    shown_in,
+    units_asked,
+    written_in,
+)
 
 RPM = 0.10471975511965977  # rad/s
 
@@ -207,3 +215,96 @@ def test_tables_are_practical_and_files_in_si_unless_asked(tmp_path, capsys):
     assert mm[0].startswith("case,gap [mm],speed [rpm],")
     assert mm[2].startswith("1,0.4,60.0,")
     assert '"gap": "um"' in head("--json", "--units", "um")
+
+
+@pytest.mark.parametrize(
+    ("document", "units"),
+    [
+        ({"sweep": {"speed": {"start": "3000 rpm", "stop": 500.0}}}, ("rpm",)),
+        ({"sweep": {"speed": ["60 Hz"]}, "scene": {"speed": "9 rpm"}}, ("Hz",)),
+        ({"scene": {"gap": "128 um", "force": "3 N"}}, ("um", "N")),
+        ({"cases": [{"gap": 1e-4}, {"gap": "5 mil"}]}, ("mil",)),
+        ({"scene": {"pulse": "1 ms", "direction": "press"}}, ()),  # times stay in s
+        ({"engine": {"rotor": {"radius": "0.9 m"}}, "scene": {"gap": 1e-4}}, ()),
+        ({"scene": {"gap": "1 furlongg", "name": "3 words"}}, ()),
+        ({"sample": {"gap": {"low": "0.1 mm"}}, "scene": {"friction": "5 %"}}, ("mm",)),
+        ({"scene": 3, "sweep": [{"a": ["4 RPM"]}]}, ("RPM",)),
+        ({"scene": {"acceleration": "9 rpm/s"}}, ("rpm/s",)),
+    ],
+)
+def test_numbers_are_shown_in_the_units_of_the_file(document, units):
+    assert units_of_document(document) == units
+    with written_in(units):
+        for unit in units:
+            assert unit in {shown_in(si)[0] for si in ("rad/s", "m", "N", "rad/s^2")}
+        assert shown_in("s") == ("s", 1.0)
+        with showing(units_asked("si", ["m"])):
+            assert shown_in("rad/s") == ("rad/s", 1.0)
+        with showing(units_asked("cm", ["m"])):
+            assert shown_in("m") == ("cm", 100.0)
+
+
+@pytest.fixture(scope="module")
+def in_rpm(tmp_path_factory):
+    """Return a finished campaign of a file in rpm, and the file."""
+    place = tmp_path_factory.mktemp("rpm")
+    file = place / "rpm.toml"
+    file.write_text(
+        'scene = {duration = 2e-3, gap = "0.8 mm"}\nsolver = {time_step = 2e-6}\n'
+        'output = {interval = 5e-5}\nsweep = {speed = ["3000 rpm", "4000 rpm"]}\n'
+    )
+    assert main(["campaign", str(file), "--out", str(place / "out")]) == 0
+    return place / "out", file
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["cases", "OUT"], "rpm"),
+        (["margin", "OUT"], "rpm"),
+        (["run", "FILE", "--quiet"], "speed, rpm"),
+        (["model", "FILE"], "(Eq. 13), rpm"),
+        (["model", "FILE", "--explain"], "rpm"),
+        (["model", "FILE", "--units", "rad/s"], "(Eq. 13), rad/s"),
+        (["cases", "OUT", "--units", "Hz"], "Hz"),
+    ],
+)
+def test_commands_show_the_units_of_the_file(in_rpm, words, told, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    places = {"OUT": str(in_rpm[0]), "FILE": str(in_rpm[1])}
+    capsys.readouterr()
+    assert main([places.get(word, word) for word in words]) == 0
+    out = capsys.readouterr().out
+    assert told in out
+    assert ("rad/s" in out) == (told.endswith("rad/s"))
+
+
+def test_pictures_and_page_show_the_units_of_the_file(in_rpm, tmp_path):
+    page = (in_rpm[0] / "report.html").read_text()
+    assert '"rad/s": ["rpm", 9.5492' in page
+    for name in ("map.svg",):
+        assert "rpm" in (in_rpm[0] / name).read_text()
+    assert main(["map", str(in_rpm[0]), "--out", str(tmp_path)]) == 0
+    assert "rpm" in (tmp_path / "map.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [
+        ("3600 RPM", "rad/s", 120 * 3.141592653589793),
+        ("4 oz in", "kg m", 0.0028803115495),
+        ("20 cP", "Pa s", 0.02),
+        ("100 rev", "1", 100.0),
+        ("1 rev", "rad", 6.283185307179586),
+        ("90 deg", "rad", 1.5707963267948966),
+    ],
+)
+def test_units_as_people_write_them(text, unit, expected):
+    assert in_si(text, unit) == pytest.approx(expected, rel=1e-14)
+
+
+def test_an_angle_is_no_number_and_pounds_of_force_are_named():
+    with pytest.raises(ValueError, match="must be a number, got 'deg'"):
+        in_si("3 deg", "1")
+    with pytest.raises(ValueError, match="pounds of force are lbf"):
+        in_si("3 lb/in", "N/m")

@@ -348,3 +348,22 @@ def test_rows_of_csv_are_printed_some_at_a_time(finished, monkeypatch, capsys):
     assert main(["cases", str(finished), "--csv"]) == 0
     assert capsys.readouterr().out == whole
     assert whole.count("\n") == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("growth > 0", "unknown variable 'growth'; did you mean 'growth_rate'?"),
+        ("orbit > 0", "did you mean 'orbit_area'?"),
+        ("gapp > 0", "did you mean 'gap'?"),
+        ("motion == chaotic", "'motion' needs output.chaos > 0, which these results"),
+        ("wear_depth > 1 mm", "'wear_depth' needs a layer that wears"),
+        ("blade_peak > 1 mm", "'blade_peak' needs output.traces"),
+        ("zzz > 0", "unknown variable 'zzz'; `cases --columns '?'` lists all"),
+    ],
+)
+def test_a_name_that_results_lack_is_answered_by_the_nearest_or_by_its_need(
+    finished, capsys, text, told
+):
+    assert main(["cases", str(finished), "--where", text]) == 2
+    assert told in capsys.readouterr().err

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.basins import in_order, with_attractors
-from hpcwhirl.analysis.columns import numbers, source_of
+from hpcwhirl.analysis.columns import numbers, source_of, unknown_variable
 from hpcwhirl.analysis.expression import parse
 from hpcwhirl.arrays import Floats
-from hpcwhirl.errors import InputError, nearest
+from hpcwhirl.errors import InputError
 from hpcwhirl.report.canvas import DIVERGING, SEQUENTIAL
 from hpcwhirl.scene.units import shown_in, with_unit
 from hpcwhirl.scene.words import BAD, COUNTED, MOTIONS, SHOWN, WHIRLS, Look
@@ -234,10 +234,9 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
         try:
             return variable_of(name, known, "number")
         except InputError:
-            hint = nearest(name, ["regime", "whirl", "attractor", *known])
-            what = ": use regime, whirl, attractor or a variable with numbers"
-            msg = f"unknown '{name}'{hint or what}"
-            raise InputError(msg) from None
+            named = ["regime", "whirl", "attractor", *known]
+            every = ": use regime, whirl, attractor or a variable with numbers"
+            raise unknown_variable(name, named, "", every) from None
 
     values = numbers(text, replace(source, variable=variable), "--colour")
     label, factor = _label(data, text, variable)
