@@ -11,6 +11,7 @@ commit's hash does not outlast a rebase.
 from __future__ import annotations
 
 import hashlib
+import re
 import subprocess
 import sys
 from datetime import UTC, datetime
@@ -33,7 +34,9 @@ COMPUTES = ("analysis", "case", "dynamics", "reduction", "scene", "structure")
 MOTIONS = tuple(f"hpcwhirl/{room}" for room in COMPUTES)
 STORES = tuple(f"hpcwhirl/{room}" for room in ("campaign", "planner", "store"))
 EVIDENCE = "scripts/evidence"
-# {check: paths of what it judges}, names as in scripts/evidence.sh
+ROW = re.compile(r"^([\w-]+) +\|", re.MULTILINE)  # of the table in evidence.sh
+# {check: paths of what it judges}; of others in the table of evidence.sh `ALL`
+ALL = ("hpcwhirl",)
 JUDGED = {
     "cluster": (
         *STORES, "hpcwhirl/cluster", "hpcwhirl/launch.py", "hpcwhirl/cli/job.py",
@@ -58,9 +61,13 @@ JUDGED = {
     "claims": (*MOTIONS, f"{EVIDENCE}/populations"),
     "foresight": (*MOTIONS, "hpcwhirl/campaign/foresight"),
     "releases": ("hpcwhirl", "pyproject.toml"),
+    "lowest": ("hpcwhirl", "pyproject.toml"),
     "scale-cost": ("hpcwhirl/campaign", "hpcwhirl/dynamics"),
     "million": STORES,
 }  # fmt: skip
+
+
+CHECKS = ("cluster", *ROW.findall((TOP / "scripts/evidence.sh").read_text("utf-8")))
 
 
 class Run(NamedTuple):
@@ -81,7 +88,7 @@ def git(*words: str) -> str:
 def code_of(check: str) -> str:
     """Return a digest of the tracked files that a check judges, as they lie here."""
     digest = hashlib.sha256()
-    names = git("ls-files", "-z", "--", *JUDGED[check]).split("\0")[:-1]
+    names = git("ls-files", "-z", "--", *JUDGED.get(check, ALL)).split("\0")[:-1]
     for name in names:
         path = TOP / name
         if path == LEDGER:
@@ -94,7 +101,7 @@ def code_of(check: str) -> str:
 def rows_of(text: str) -> dict[str, Run]:
     """Return {check: its last run} of a ledger's text."""
     cells = (line.strip("| ").split(" | ") for line in text.splitlines())
-    return {row[0]: Run(*row[1:]) for row in cells if row[0] in JUDGED}
+    return {row[0]: Run(*row[1:]) for row in cells if row[0] in CHECKS}
 
 
 def ledger() -> dict[str, Run]:
@@ -103,8 +110,8 @@ def ledger() -> dict[str, Run]:
 
 
 def text_of(rows: dict[str, Run]) -> str:
-    """Return the ledger's text, in the order of `JUDGED`."""
-    lines = (f"| {' | '.join((n, *rows[n]))} |" for n in JUDGED if n in rows)
+    """Return the ledger's text, in the order of `CHECKS`."""
+    lines = (f"| {' | '.join((n, *rows[n]))} |" for n in CHECKS if n in rows)
     return HEAD + "".join(f"{line}\n" for line in lines)
 
 
@@ -122,7 +129,7 @@ def told(rows: dict[str, Run]) -> list[str]:
     """Return a line on checks older than their code, and one on those never noted."""
     old = [f"{n} ({run.date}, {run.result})" for n, run in rows.items()
            if run.code != code_of(n)]  # fmt: skip
-    never = [name for name in JUDGED if name not in rows]
+    never = [name for name in CHECKS if name not in rows]
     failed = [n for n, run in rows.items() if not run.result.startswith("passed")]
     lines = {"older than their code": old, "never noted": never, "failed": failed}
     return [f"last runs {what}: {', '.join(n)}" for what, n in lines.items() if n]
@@ -133,8 +140,8 @@ def main(words: list[str]) -> int:
     if not words:
         print("\n".join(told(ledger())))
         return 0
-    if len(words) != 2 or words[0] not in JUDGED:
-        known = ", ".join(JUDGED)
+    if len(words) != 2 or words[0] not in CHECKS:
+        known = ", ".join(CHECKS)
         print(f"last_run: give NAME RESULT, NAME one of {known}", file=sys.stderr)
         return 2
     note(*words)
