@@ -30,7 +30,7 @@ CASES: tuple[dict[str, float | int], ...] = (
     {"speed": 420.0},
     {"speed": 520.0, "gap": 1e-3, "nodal_diameter": 2},
 )
-COUNTED = (DEFAULT, "general")  # schemes whose floating-point operations are counted
+COUNTED = (DEFAULT,)  # schemes whose floating-point operations are counted
 POINTS = 3  # contact points per tip of an engine that has several
 TWIST = 0.3  # relative change of radial motion from the middle of a chord to its end
 CHORD = {  # places of one end, the middle and the other end: m, rad, m

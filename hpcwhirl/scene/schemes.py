@@ -68,7 +68,7 @@ def _factor(of: tuple[float, float] | None, points: Any) -> Any:
 EQUAL = StepTimes(0.14, 1.0, 0.12, 1.25, 0.03, 0.0, (0.57, 0.1), (2.7, 0.1))
 UNEQUAL = StepTimes(0.133, 1.25, 0.25, 1.55, 0.0, 0.0029, (0.46, 0.09), (2.0, 0.0))
 FLYING = StepTimes(0.028, 0.0, 0.3, 1.7, 0.03, 0.0)  # `exact`
-BY_MODES = StepTimes(0.37, 1.95, 0.3, 1.1, 0.03, 0.0)  # `general`
+BY_MODES = StepTimes(4.6, 1.06, 5.0, 1.2, 0.3, 0.0)  # `general`
 DENSE = StepTimes(14.0, 2.0, 3.2, 2.0, 0.0, 0.0)  # `paper`
 
 
@@ -154,7 +154,7 @@ _TABLE = (
         "general",
         "central differences mode by mode, slow, also used where modal cannot be (a "
         "ring of elements, a layer that wears, a changing speed with rotation)",
-        2, 0.59e-6, turns=25e-6, times=BY_MODES,
+        2, 8e-6, turns=25e-6, times=BY_MODES,
     ),
     Scheme(
         "paper", "the paper's Algorithm 1 on full matrices, slow but simple", 2, 16e-6,

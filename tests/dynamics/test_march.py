@@ -143,10 +143,9 @@ def test_contact_forces_cancel_between_the_bodies(scheme):
 
 
 def modes_of(march):
-    """Return (q, d) of the rotor of `general`, (m,) each, the step that waits ended."""
-    size, odd = len(march.model.rotor.omega), march.steps & 1
-    rotor = march.scheme.ended(march.state)[0].reshape(3, -1)[:, :size]
-    return rotor[0], rotor[1 + odd]
+    """Return (q, d) of the rotor of `general`, (m,) each, copies."""
+    size = len(march.model.rotor.omega)
+    return march.state.q_b[:size].copy(), march.state.d_b[:size].copy()
 
 
 def test_multipliers_and_friction_are_what_moves_the_modes():
