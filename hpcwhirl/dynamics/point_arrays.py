@@ -263,14 +263,43 @@ class Reads:
 
         The rows that give the gaps end with the last amplitude that moves a point.
         """
-        points, read = len(self.out), self.waves.spread(self.read(self.out, self.w))
-        last = int(np.flatnonzero(read.any(axis=0)).max(initial=0)) + 1
+        spread, out, side = self.waves.spread, self.out, self.side
+        both = (self.read(rotor, c) for rotor, c in ((out, self.w), (side, self.u)))
+        read, slide = map(spread, both)
+        last = int(np.flatnonzero(read.any(axis=0) | slide.any(axis=0)).max(initial=0))
+        size, apart = max(_padded(last + 1), self.waves.half), self._apart()
+        push = spread(self.push()[: len(out)].conj())
+        slides, factors = self.long(side, self.u), (np.zeros(0),) * 2
+        if apart is not None:
+            push = (read + self.friction * slide)[:, :size]
+            slides = np.hstack([slide[:, :size], self.numbers(side, self.u)])
+            factors = apart
         rows = (
-            read[:, : _padded(last)], self.flat_before(), self.flat_turned(),
-            self.waves.spread(self.push()[:points].conj()),
-            self.long(self.out, self.w), self.long(self.side, self.u),
+            read[:, :size], self.flat_before(), self.flat_turned(), push,
+            self.long(out, self.w), slides, *factors,
         )  # fmt: skip
         return PointRows._make(all_aligned([np.ravel(array) for array in rows]))
+
+    def _apart(self) -> tuple[Floats, Floats] | None:
+        """Return `PointRows.moves` and `gives`; None where a wave has no such factors.
+
+        With terms of rotation the modes of a wave move by different factors.
+        """
+        move = self._moves()
+        if move is None:
+            return None
+        own = BladeRows(
+            self.read(self.out, self.w), self.read(self.side, self.u), self.before(),
+            self.push()[: len(self.out)], move, self.friction,
+        )  # fmt: skip
+        if not own.by_rows().all():
+            return None
+        both = []
+        for values in (move, own.gives()):
+            flat = np.zeros((2, self.waves.half))
+            flat[:, self.waves.index] = values.real, values.imag
+            both.append(flat.ravel())
+        return both[0], both[1]
 
     def by_slots(self, blades: int, *, equal: bool) -> tuple[Reads, SectorRows] | None:
         """Return a copy with waves by nodal diameter, and the kernel's coefficients.

@@ -539,7 +539,7 @@ def test_cases_of_one_process_leave_no_trace_in_each_other(scheme, kind):
     beside.advance(700)  # and is left there, as at a stop
     diverged, last = ended(**own, amplitude_limit=1e-9)
     lost = March(resolve(scene(**own)))
-    lost.state.rotor[:] = math.nan  # as of a case that blew up
+    lost.state[0][:] = math.nan  # its rotor, as of a case that blew up
     lost.run()
     again = March(resolve(scene(**own)))
     again.run()

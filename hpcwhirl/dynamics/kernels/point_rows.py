@@ -11,7 +11,16 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels.compiled import does, inlined, verb
 from hpcwhirl.dynamics.kernels.keep_inverse import place_of
-from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, load, store
+from hpcwhirl.dynamics.kernels.passes import load_both, store_both
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    broadcast,
+    fma,
+    fnma,
+    load,
+    store,
+    total_of,
+)
 from hpcwhirl.dynamics.kernels.wave_types import PointRows
 from hpcwhirl.dynamics.kernels.whole import (
     add_rows,
@@ -142,6 +151,51 @@ def turned_by(rows, j, points, q, half):
     return sum_four(first) + sum_four(second)
 
 
+@inlined
+def by_forces(rows, at, spare, modes):
+    """Return what all forces of a step add to a point's motion over two steps, m.
+
+    rows, at : m/N, `PointRows.slides`; index at which the point's entries of the forces
+        begin
+    spare, modes : (width,), the forces are its entries from index `modes` on
+    """
+    total = broadcast(0.0)
+    for m in range(0, len(spare) - modes, FOUR):
+        total = fma(load(rows, at + m), load(spare, modes + m), total)
+    return total_of(total)
+
+
+@inlined
+def times_all(factors, q, half, size, out):
+    """Multiply complex amplitudes by complex factors: set out[:size].
+
+    factors, q : (2 half,), re, then im
+    size : number of results needed, of re, then of im, >= half
+    """
+    for m in range(0, half, FOUR):
+        (re, im), (a, b) = load_both(q, half, m), load_both(factors, half, m)
+        store(out, m, fnma(b, im, a * re))
+        if half + m < size:
+            store(out, half + m, fma(b, re, a * im))
+
+
+@inlined
+def give_all(factors, forces, half, size, q):
+    """Add to complex amplitudes q the modal forces times complex factors.
+
+    factors, q : (2 half,), re, then im
+    forces, size : (size,) or more, re, then im, of which those after `size` are 0
+    """
+    for m in range(0, half, FOUR):
+        (re, im), (a, b) = load_both(q, half, m), load_both(factors, half, m)
+        force = load(forces, m)
+        re, im = fma(a, force, re), fma(b, force, im)
+        if half + m < size:
+            beside = load(forces, half + m)
+            re, im = fnma(b, beside, re), fma(a, beside, im)
+        store_both(q, half, m, (re, im))
+
+
 @does(turn_points, PointRows)
 @inlined
 def turn_rows(_rows, q, ahead, _near, _spectra):
@@ -179,7 +233,7 @@ def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _,
 @does(book_points, PointRows)
 @inlined
 def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
-              held, _):  # fmt: skip
+              held, spectra):  # fmt: skip
     """Enter the works of contact forces in `sums`; set the points' gaps at step n - 1.
 
     The implementation of `book_points`, with its arguments, for unequal sectors.
@@ -188,6 +242,10 @@ def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, 
     wide, padded = len(gaps) // 6, len(held) // 4
     now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
     begin_moves(spare, q, modes)
+    apart = len(rows.moves) > 0
+    size = len(rows.push) // points if apart else modes
+    if apart:
+        times_all(rows.moves, q, modes // 2, size, spectra)
     for i in range(active):
         j = where[i]
         place, before[j] = place_of(j, points, wide), 0.0
@@ -200,7 +258,9 @@ def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, 
                 before[j] = gaps[row + place] + was
             opened = moved_by(rows.opens, j * width, spare, modes)
         held[now + j] = step + 2
-        held[j] = moved_by(rows.slides, j * width, spare, modes)
+        at = j * (size + width - modes)
+        slid = four_sums(rows.slides, at, spectra if apart else spare, size)
+        held[j] = sum_four(slid) + by_forces(rows.slides, at + size, spare, modes)
         sums[0] += push[i] * opened
         sums[1] += push[i] * held[j]
         sums[2] += 0.5 * push[i] * (opened + mu * held[j])
@@ -208,9 +268,16 @@ def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, 
 
 @does(push_points, PointRows)
 @inlined
-def push_rows(rows, push, where, active, q, _):
+def push_rows(rows, push, where, active, q, spectra):
     """Add the change by the contact forces of a step to the amplitudes q of waves.
 
     The implementation of `push_points`, with its arguments, for unequal sectors.
     """
-    add_rows(rows.push, push, where, active, q, len(q))
+    if len(rows.gives) == 0:
+        add_rows(rows.push, push, where, active, q, len(q))
+        return
+    size = len(rows.push) // (len(where) - 1)
+    for m in range(0, size, FOUR):
+        store(spectra, m, broadcast(0.0))
+    add_rows(rows.push, push, where, active, spectra, size)
+    give_all(rows.gives, spectra, len(q) // 2, size, q)

@@ -319,7 +319,8 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
             msg = f"{name} of the kernel of points: {rows.size} values, not {wanted}"
             raise ModelError(msg)
     solver = constant_space(points, wide, arrays.contact.w, state.known)
-    room = room_of_sectors(rotor.rows) if isinstance(rotor.rows, SectorRows) else 0
+    sectors = isinstance(rotor.rows, SectorRows)
+    room = room_of_sectors(rotor.rows) if sectors else modes
     sizes = width, room, *(2 * wide,) * 3
     spare, spectra, out, again, opened = all_aligned([*map(np.zeros, sizes)])
     return PointsSpace(
@@ -343,7 +344,11 @@ def sizes_of_rows(
         turned = points * min(
             len(rows.turned) // points // (4 * EIGHT) * 4 * EIGHT, modes
         )
-        wanted = [read, short, turned, short, long, long]
+        moves = len(rows.moves) > 0
+        push = read if moves else short
+        slides = push + points * (width - modes)
+        factors = moves * modes
+        wanted = [read, short, turned, push, long, slides, factors, factors]
         return list(zip(rows._fields, rows, wanted, strict=True))
     alike, waves = rows.single + rows.pairs, rows.single + 2 * rows.pairs
     slot, forces = len(rows.move) // alike, points * (width - modes)

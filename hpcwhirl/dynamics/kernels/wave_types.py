@@ -210,6 +210,10 @@ class PointRows(NamedTuple):
     push : (P, m) flat, change of amplitudes by the point's unit multiplier and friction
     opens, slides : (P, width) flat, rows that give d' + d of the gap, and of the casing
         relative to the tip along the rotation
+    moves, gives : (m,) each, or empty. Without rotation d' + d of a wave is its
+        amplitude times a complex factor `moves`, and its change by forces is its modal
+        force times `gives`. Then `push`, (P, r), gives the modal forces, and the first
+        m columns of `slides` are only r, for the amplitudes times `moves`
     """
 
     read: Floats
@@ -218,6 +222,8 @@ class PointRows(NamedTuple):
     push: Floats
     opens: Floats
     slides: Floats
+    moves: Floats
+    gives: Floats
 
 
 class SectorRows(NamedTuple):
