@@ -35,7 +35,7 @@ from scipy.optimize import brentq
 
 from hpcwhirl.campaign.edge import Continued, Tracking, edge_between, moment_of
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.kernels import contact, passes
+from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows
@@ -156,15 +156,14 @@ def put(march, rotor, casing):
     state, step, model = march.state, march.scene.solver.time_step, march.model
     back = [place * np.exp(-1j * rate * step) for place, rate in (rotor, casing)]
     hub = centre_rows(model.rotor, model.blades)[:, :2]  # blades move with the disk
-    size = len(state.rotor) // passes.ROTOR_STATE
-    now, before = (np.linalg.solve(hub, [z.real, z.imag]) for z in (rotor[0], back[0]))
-    state.rotor[:2], state.rotor[size : size + 2] = now, now - before
-    size = len(state.ring) // passes.RING_STATE
-    amplitude = np.abs(model.casing.shapes[1:3]).max()
-    wave = np.conj(np.array([casing[0], back[1]])) / amplitude
-    moved = wave[0], wave[0] - wave[1]
-    for at, value in ((0, moved[0]), (2 * size, moved[1])):
-        state.ring[at + 1], state.ring[at + size + 1] = value.real, value.imag
+    waves = model.casing.shapes[1:3]  # cos and sin of the harmonic
+    for q, d, rows, place, older in (
+        (state.q_b, state.d_b, hub, rotor[0], back[0]),
+        (state.q_c, state.d_c, waves, casing[0], back[1]),
+    ):
+        lower, size = np.linalg.pinv(rows), rows.shape[1]
+        now, before = (lower @ [z.real, z.imag] for z in (place, older))
+        q[:size], d[:size] = now, now - before
 
 
 def begun_on(file, blades, root, scale=1.0, stator=BLACK, **settings):
