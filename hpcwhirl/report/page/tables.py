@@ -93,13 +93,19 @@ def _of_strength(data: xarray.Dataset, name: str) -> Iterator[Table]:
         return
     found = first_changes(data, name)
     others = [*found[0].fixed]
-    variables = *others, name, name, "word"
+    variables = *others, name, name, "word", name
     rows = [
-        _shown(variables, [*f.fixed.values(), f.safe, f.unsafe, f.word or "none met"])
+        _shown(
+            variables,
+            [*f.fixed.values(), f.safe, f.unsafe, f.word or "none met", f.step],
+        )
         for f in found
     ]
-    head = [*map(_head, others), f"damped up to {_head(name)}", "changed at", "word"]
-    title = f"Limit of {name.replace('_', ' ')} up to which all cases are damped"
+    head = [*map(_head, others), f"damped up to {_head(name)}", "changed at", "word",
+            "largest step between cases"]  # fmt: skip
+    title = (
+        f"Limit of {name.replace('_', ' ')} up to which all computed cases are damped"
+    )
     yield _table(title, head, rows, f"margin DIR --over {name} --first")
 
 

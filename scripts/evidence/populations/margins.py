@@ -76,13 +76,13 @@ def judged(document: Row) -> Row:
     share, low, high = interval(*count)
     true = damped[0] / damped[1]
     why = f"{true:.3f} of {damped[1]}, given as {share:.3f} [{low:.3f}, {high:.3f}]"
-    held = _agree(interval(*count), interval(*damped))
+    held = agree(interval(*count), interval(*damped))
     told = {"drawn": count, "finer": damped, "ranges": len(checks)}
     whole = sum(one.holds for one in checks)
     return {"held": held, "why": why, "whole": whole} | told
 
 
-def _agree(one: tuple[float, float, float], two: tuple[float, float, float]) -> bool:
+def agree(one: tuple[float, float, float], two: tuple[float, float, float]) -> bool:
     """Return whether two shares, with the ends of their intervals, may be the same."""
     below, above = sorted([one, two])
     return above[0] - below[0] <= math.hypot(above[0] - above[1], below[2] - below[0])
