@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from alike import assert_same_in_parts
 from scipy.integrate import quad
 from scipy.special import fresnel
 
@@ -97,22 +96,6 @@ def test_the_ring_in_both_frames_is_the_same(blades):
     assert (
         np.abs(own.centre - dense.centre).max() < speed.USUAL * np.abs(own.centre).max()
     )
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_ledger_closes_at_a_changing_speed(kind):
-    history = march_of(**KINDS[kind]).run()
-    assert history.contacts > 0
-    assert closing(history) < 1e-11
-    assert history.gap_error < 1e-12
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_slices_and_resumes_change_no_bit(kind):
-    march = march_of(**KINDS[kind])
-    every = march.schedule.sections[0].every
-    sizes = 1, every - 1, every, 3 * every + 7, 10**9
-    assert_same_in_parts(march.case, *sizes, anew=True)
 
 
 @pytest.fixture(scope="module")

@@ -10,10 +10,8 @@ import re
 
 import numpy as np
 import pytest
-from alike import assert_mirrored
 from cf_units import Unit
-from rotor_files import written
-from stage import rotor, turning
+from scenes import BASE, FULL, HEAD, SHELL, UNEQUAL, of_files
 
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case import speed
@@ -23,17 +21,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, flatten, named_scene
 from hpcwhirl.scene.quantities import INPUTS, ROW, WORN
 
-SHORT = {
-    "duration": 4e-3, "interval": 5e-5, "time_step": 2e-6, "traces": "full",
-    "modes": 20, "casing.harmonics": 6, "blades": 7, "speed": 300.0, "gap": 1e-4,
-}  # fmt: skip
-HEAD = "harmonic,amplitude,phase"
-COLUMNS = "frequency,kxx,kxy,kyx,kyy,cxx,cxy,cyx,cyy"
-FULL = {"rotation": "full"}
-SHELL = {
-    "discretization": "shell", "casing.width": 0.1, "casing.thickness": 0.004,
-    "axial_modes": 2, "casing.harmonics": 4,
-}  # fmt: skip
+SHORT = BASE | {"interval": 5e-5}
 LAWS = {
     "constant": {},
     "run-up": {"acceleration": 2000.0},
@@ -52,7 +40,6 @@ SHAPES = {
     "fading in": {"profile": f"{HEAD};2,1e-4,0.4;3,2e-5,0.9;9,1e-5,0.7",
                   "profile_rise": 1e-3},
 }  # fmt: skip
-UNEQUAL = {"mistuning": [0.03 * float(np.sin(7.0 * j)) for j in range(7)]}
 FEATURES = {
     "start": {"start_energy": 5.0, "start_modes": "rotor suspension, casing 2",
               "start_draw": 3.0, "force": 0.0},
@@ -84,19 +71,6 @@ FEATURES = {
     "points, rotation": FULL | {"file": "turning", "blades": 5, "nodal_diameter": 2,
                                 "unbalance": 2e-4},
 }  # fmt: skip
-NO_UNBALANCE, NO_FILM = {"unbalance": 0.0}, {"film_viscosity": 0.0}
-PLAIN = {  # what takes a feature out of its scene
-    "unbalance": NO_UNBALANCE, "unequal, unbalance": NO_UNBALANCE,
-    "elements, unbalance": NO_UNBALANCE, "rigid, unbalance": NO_UNBALANCE,
-    "points, rotation": NO_UNBALANCE, "film": NO_FILM, "unequal, film": NO_FILM,
-    "unequal supports": {"stiffness_difference": 0.0, "damping_difference": 0.0},
-    "shaft": {"tilt_inertia": 1e3},
-}  # fmt: skip
-# mirrored beside the speed: the phase of an unbalance
-MIRRORED = {
-    "unbalance": -0.3, "film": 0.0, "unequal supports": 0.0, "shaft": 0.0,
-    "cross-coupling": 0.0, "bearing": 0.0, "film, cross-coupling": -0.3,
-}  # fmt: skip
 OFTEN = [
     ("both", "held", "start"),
     ("run-up", "fading in", "points"),
@@ -122,17 +96,7 @@ NEAR = 1e-9  # of the largest value, between schemes
 
 def settings(place, law, shape, feature):
     """Return the inputs of a scene, with its files written."""
-    given = SHORT | LAWS[law] | SHAPES[shape] | FEATURES[feature]
-    if "file" in given:
-        arrays = rotor() if given["file"] == "still" else turning(rotor())
-        given["file"] = str(written(place / "rotor.h5", arrays))
-    if "bearing" in given:
-        x, y = given["bearing"]
-        table = place / "bearing.csv"
-        rows = [f"{at},{x},1e6,-1e6,{y},2e3,0,0,2e3" for at in (0, 900)]
-        table.write_text("\n".join([COLUMNS, *rows, ""]))
-        given["bearing"] = str(table)
-    return given
+    return SHORT | of_files(LAWS[law] | SHAPES[shape] | FEATURES[feature], place)
 
 
 def agree(given):
@@ -172,28 +136,6 @@ def _intervals_of_one_step(monkeypatch):
 @pytest.mark.parametrize(("law", "shape", "feature"), OFTEN)
 def test_schemes_agree_on_engines_in_operation(tmp_path, law, shape, feature):
     assert len(agree(settings(tmp_path, law, shape, feature))) >= 2
-
-
-@pytest.mark.parametrize("feature", PLAIN)
-def test_schemes_agree_at_a_constant_speed(tmp_path, feature):
-    """On a feature without which they move differently."""
-    given = settings(tmp_path, "constant", "round", feature)
-    found = agree(given)
-    assert len(found) >= 2
-    assert found[0].contacts > 0
-    plain = apply_settings(named_scene("table2"), given | PLAIN[feature])
-    impulse = March(resolve(plain)).run().contact_impulse
-    assert found[0].contact_impulse != pytest.approx(impulse, rel=1e-3)
-
-
-@pytest.mark.parametrize("feature", MIRRORED)
-def test_a_mirrored_speed_gives_a_mirrored_motion(tmp_path, feature):
-    given = settings(tmp_path, "constant", "round", feature) | {"scheme": "general"}
-    back = {"speed": -300.0, "unbalance_phase": MIRRORED[feature]}
-    assert_mirrored(*(
-        March(resolve(apply_settings(named_scene("table2"), given | more))).run()
-        for more in ({}, back)
-    ), 1e-8)  # fmt: skip
 
 
 def of_unit(unit):

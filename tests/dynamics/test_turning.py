@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from alike import assert_mirrored, assert_same_in_parts
+from alike import assert_same_in_parts
 from jeffcott import GAP, MASS, OWN, as_one, stiff
 from scipy.linalg import expm
 from scipy.optimize import brentq
@@ -352,14 +352,6 @@ def test_free_motion_is_the_matrix_exponential_to_the_scheme_s_order():
         misses.append(np.abs(march.state.q_b - exact).max() / np.abs(exact).max())
     assert misses[0] < 1e-3
     assert misses[0] / misses[1] == pytest.approx(4.0, rel=0.1)
-
-
-@pytest.mark.parametrize("scheme", ["exact", "whole"])
-def test_a_mirrored_speed_gives_a_mirrored_motion(scheme):
-    given = {"duration": 8e-3, "scheme": scheme, "traces": "full"}
-    there, back = (march_of(speed=s, **given).run() for s in (410.0, -410.0))
-    assert there.contacts > 3
-    assert_mirrored(there, back, 1e-8)
 
 
 @pytest.mark.parametrize("scheme", TURNING_SCHEMES)

@@ -215,24 +215,6 @@ def test_a_full_annular_rub_comes_to_its_published_radius(tmp_path):
     check_rub(march, 0.12, 3e-3)
 
 
-@pytest.mark.parametrize(("scheme", "load"), [("general", 1e-2), ("modal", 2e-2)])
-def test_schemes_march_the_same_unbalanced_rotor(scheme, load):
-    """These in modes or waves about the circle, `paper` in places under the force."""
-    given = {"unbalance": load, "duration": 0.012, "traces": "full"}
-    paper, found = (small(scheme=s, **given).run() for s in ("paper", scheme))
-    without = small(scheme=scheme, unbalance=0.0, duration=0.012).run()
-    assert found.contacts == paper.contacts > 5
-    assert found.contact_impulse == pytest.approx(paper.contact_impulse, rel=1e-8)
-    assert found.contact_impulse != pytest.approx(without.contact_impulse, rel=0.01)
-    assert found.centre == pytest.approx(paper.centre, abs=1e-12)
-    assert found.tips == pytest.approx(paper.tips, abs=1e-12)
-    for term, value in paper.ledger.items():
-        assert found.ledger[term] == pytest.approx(value, abs=1e-8)
-    for history in (found, paper):
-        assert abs(history.ledger["residual"]) < 1e-9 * history.ledger["pulse"]
-        assert history.gap_error < 1e-12
-
-
 @pytest.mark.parametrize("speed", [200.0, -200.0])
 def test_the_blade_of_the_unbalance_is_farthest_out_below_the_critical_speed(speed):
     scene = apply_settings(Scene(), SMALL | {"speed": speed})

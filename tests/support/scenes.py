@@ -1,0 +1,147 @@
+"""The table of small engines that every law of the time integration is asked of.
+
+A scene is a base engine, of 7 blades for 4 ms, and what is set on it. A row of `TABLE`
+is a scene with the schemes that march it. `ASIDE` names the laws of which a scene is no
+case, each with its reason; a law that is not named there holds.
+"""
+
+from functools import cache
+
+import numpy as np
+from rotor_files import written
+from stage import rotor, turning
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import apply_settings, named_scene
+
+BASE = {
+    "duration": 4e-3, "interval": 1e-5, "time_step": 2e-6, "traces": "full",
+    "modes": 20, "casing.harmonics": 6, "blades": 7, "speed": 300.0, "gap": 1e-4,
+}  # fmt: skip
+BLADES = BASE["blades"]
+HEAD = "harmonic,amplitude,phase"
+COLUMNS = "frequency,kxx,kxy,kyx,kyy,cxx,cxy,cyx,cyy"
+FULL = {"rotation": "full"}
+SHELL = {
+    "discretization": "shell", "casing.width": 0.1, "casing.thickness": 0.004,
+    "axial_modes": 2, "casing.harmonics": 4,
+}  # fmt: skip
+UNEQUAL = {"mistuning": [0.03 * float(np.sin(7.0 * j)) for j in range(BLADES)]}
+HELD = {
+    "profile": f"{HEAD};2,2e-5,0.4;5,4e-6,0.9;9,3e-6,0.7", "offset": 1e-5,
+    "offset_angle": 0.7,
+}  # fmt: skip
+RIGID = {"kind": "rigid", "amplitude": 1.2e-4, "nodal_diameter": 2}
+ELEMENTS = {"discretization": "elements", "casing.elements": 14}
+SOFT = {"contact_law": "abradable", "layer_yield": 1e6}
+RUBBED = {"contact_law": "archard", "wear_coefficient": 1e-11}
+START = {
+    "start_energy": 5.0, "start_modes": "rotor suspension, casing 2",
+    "start_draw": 3.0, "force": 0.0,
+}  # fmt: skip
+CENTRAL = "modal", "general", "paper"
+ALL = *CENTRAL, "exact"
+CYCLIC = "modal", "exact"
+
+TABLE = {  # scene: what is set, the schemes that march it
+    "equal": ({}, ALL),
+    "equal, one blade fewer": ({"blades": 6}, CYCLIC),
+    "fold": ({"blades": 6, "nodal_diameter": 2}, CYCLIC),
+    "no friction": ({"friction": 0.0}, CYCLIC),
+    "rotation": (FULL, ALL),
+    "unbalance": (FULL | {"unbalance": 5e-3, "unbalance_phase": 0.3}, ALL),
+    "unequal": (UNEQUAL, CENTRAL),
+    "unequal, rotation": (FULL | UNEQUAL, ("modal", "general")),
+    "unequal, unbalance": (FULL | UNEQUAL | {"unbalance": 5e-3}, ("modal",)),
+    "lost blade": (FULL | {"lost_blade": 2}, CENTRAL),
+    "lost blade, rigid": (FULL | RIGID | {"lost_blade": 2}, ("modal",)),
+    "lost blade, elements": (FULL | ELEMENTS | {"lost_blade": 2}, ("modal",)),
+    "film": (FULL | {"film_viscosity": 0.01}, ("modal", "paper")),
+    "unequal, film": (FULL | UNEQUAL | {"film_viscosity": 0.01}, ("modal",)),
+    "unlike supports": (
+        FULL | {"stiffness_difference": 1.2e7, "damping_difference": 1200.0},
+        ("modal", "paper"),
+    ),
+    "bearing": (FULL | {"bearing": ("3.4e7", "3.0e7")}, ("modal",)),
+    "bearing alike": (FULL | {"bearing": ("3.4e7", "3.4e7")}, CYCLIC),
+    "cross-coupling": (FULL | {"cross_coupling": 1e6}, CYCLIC),
+    "tilt": (FULL | {"shaft": "cantilever"}, CYCLIC),
+    "clamped": ({"centre": "clamped"}, ("modal",)),
+    "shell": (SHELL, ("modal",)),
+    "elements": (ELEMENTS, ("modal", "paper")),
+    "elements, unbalance": (FULL | ELEMENTS | {"unbalance": 5e-3}, ("modal",)),
+    "rigid": (RIGID, ALL),
+    "rigid, unbalance": (FULL | RIGID | {"unbalance": 5e-3}, ("modal",)),
+    "points": (SHELL | {"file": "still", "blades": 5, "nodal_diameter": 2}, CENTRAL),
+    "points, rotation": (
+        FULL | {"file": "turning", "blades": 5, "nodal_diameter": 2,
+                "unbalance": 2e-4},
+        ("modal",),
+    ),
+    "run-up": ({"acceleration": 2000.0}, ("modal", "paper")),
+    "run-up, rotation": (FULL | {"acceleration": 2000.0, "unbalance": 5e-3},
+                         ("modal",)),
+    "run-down": ({"acceleration": -3000.0, "ramp": "decay", "speed_to": 100.0},
+                 ("modal", "general")),
+    "run-up, unequal": (UNEQUAL | {"acceleration": 2000.0}, ("modal",)),
+    "run-up, elements": (ELEMENTS | {"acceleration": 2000.0}, ("modal",)),
+    "gap closes": ({"gap_closure": 6e-5, "gap_time": 3e-3}, ("modal", "paper")),
+    "gap closes, unequal": (UNEQUAL | {"gap_closure": 6e-5, "gap_time": 3e-3},
+                            ("modal",)),
+    "gap closes, points": (
+        SHELL | {"file": "still", "blades": 5, "nodal_diameter": 2,
+                 "gap_closure": 6e-5, "gap_time": 3e-3},
+        ("modal",),
+    ),
+    "oval": (HELD, ("modal", "exact", "paper")),
+    "oval, rotation": (FULL | HELD, ("modal",)),
+    "oval, unequal": (UNEQUAL | HELD, ("modal",)),
+    "oval let go": (
+        {"profile": f"{HEAD};2,2e-5,0.4;5,4e-6,0.9", "profile_release": 1.502e-3},
+        CENTRAL,
+    ),
+    "layer": (SOFT, ("modal", "paper")),
+    "layer, rubbed": (RUBBED, ("modal",)),
+    "layer, rotation": (FULL | SOFT, ("modal",)),
+    "stribeck": ({"friction_law": "stribeck", "friction_speed": 80.0}, CYCLIC),
+    "start": (START, CYCLIC),
+    "start, run-up": (FULL | START | {"acceleration": 2000.0}, ("modal",)),
+    "gap at rest": (FULL | {"gap_at": "rest", "gap": 1.4e-4}, CYCLIC),
+}  # fmt: skip
+ROWS = [(scene, scheme) for scene, (_, schemes) in TABLE.items() for scheme in schemes]
+
+
+def of_files(given, place):
+    """Return the inputs of a scene with its files written to a folder."""
+    if "file" in given:
+        made = rotor() if given["file"] == "still" else turning(rotor())
+        given = given | {"file": str(written(place / f"{given['file']}.h5", made))}
+    if "bearing" in given:
+        x, y = given["bearing"]
+        table = place / f"{x}{y}.csv"
+        rows = [f"{at},{x},1e6,-1e6,{y},2e3,0,0,2e3" for at in (0, 900)]
+        table.write_text("\n".join([COLUMNS, *rows, ""]))
+        given = given | {"bearing": str(table)}
+    return given
+
+
+class Scenes:
+    """The scenes of the table, each marched once for all laws that look at it."""
+
+    def __init__(self, place):
+        self.place = place
+        self.ended = cache(self._ended)
+
+    def case(self, name, scheme, **more):
+        """Return the case of a row, with further settings."""
+        given = BASE | of_files(TABLE[name][0], self.place) | {"scheme": scheme} | more
+        return resolve(apply_settings(named_scene("table2"), given))
+
+    def march(self, name, scheme, **more):
+        """Return the march of a row before its first step."""
+        return March(self.case(name, scheme, **more))
+
+    def _ended(self, name, scheme):
+        march = self.march(name, scheme)
+        return march, march.run()
