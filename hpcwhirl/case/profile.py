@@ -195,10 +195,11 @@ def _likeness(table: str, sense: float) -> Likeness:
     rows = np.array(kept_rows(table)) * (1.0, sense)
     angles, values = rows.T
     around = 2 * math.pi / AROUND * np.arange(AROUND)
-    wanted = np.interp(around, angles, values, period=2 * math.pi)
-    sums = _of_lines(rows)
-    means = _korovkin() * sums
-    tried = [_raised(sums + share * (means - sums), wanted) for share in MIXED]
+    with np.errstate(over="ignore", invalid="ignore"):  # huge shapes are refused
+        wanted = np.interp(around, angles, values, period=2 * math.pi)
+        sums = _of_lines(rows)
+        means = _korovkin() * sums
+        tried = [_raised(sums + share * (means - sums), wanted) for share in MIXED]
     return min(tried, key=lambda one: float(one.missed.max()))
 
 
@@ -301,9 +302,11 @@ def missed_share(scene: Scene) -> float:
     if _missed(table, scale) == 0.0:
         return 0.0
     found, size = _likeness(table, math.copysign(1.0, scale)), abs(scale)
-    least = scene.gap or size * float(np.ptp(found.table))
-    room = least + size * np.maximum(found.table, 0.0)
-    return float((size * found.missed / room).max())
+    with np.errstate(over="ignore", invalid="ignore"):
+        least = scene.gap or size * float(np.ptp(found.table))
+        room = least + size * np.maximum(found.table, 0.0)
+        share = float((size * found.missed / room).max())
+    return share if math.isfinite(share) else math.inf
 
 
 def told_of_profile(scene: Scene) -> str:

@@ -130,6 +130,16 @@ def test_a_profile_with_parts_that_harmonics_lose_is_refused():
     assert "\n" not in str(told.value)
 
 
+@pytest.mark.parametrize(
+    ("table", "scale"),
+    [(arc(1e300), 1.0), (arc(1e-5), 1e300), (f"{ANGLES};0,1;1,-1e308;2,1e308", -1.0)],
+)
+def test_a_huge_profile_is_refused_without_a_warning(table, scale):
+    for gap in (0.0, 1e-300, 1e-4):
+        with pytest.raises(InputError, match="must be"):
+            check_wall(shaped(table, profile_scale=scale, gap=gap))
+
+
 def test_what_a_profile_misses_is_told():
     assert "deviate from its table by up to 0.0138 mm" in told_of_profile(
         shaped(arc(3e-3))

@@ -5,6 +5,7 @@ import pytest
 from jeffcott import MASS, OWN, stiff
 
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli import main
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.supports import bearing_of, planar
@@ -297,3 +298,12 @@ def test_a_speed_beyond_the_table_is_refused():
         scene = apply_settings(Scene(), GIVEN | {"bearing": own, "speed": speed})
         with pytest.raises(InputError, match=f"speed must be {told}"):
             March(resolve(scene))
+
+
+def test_a_rotor_on_a_table_is_not_written_as_one_on_springs(tmp_path, capsys):
+    out, own = tmp_path / "e.h5", table((0, 3e7, 0, 0, 3e7, 2e3, 0, 0, 2e3))
+    given = {"rotation": "full", "blades": 5, "modes": 10, "bearing": own}
+    words = [f"--set={name}={value}" for name, value in given.items()]
+    assert main(["export-model", str(out), *words]) == 2
+    assert "cannot write a bearing's table" in capsys.readouterr().err
+    assert not out.exists()
