@@ -408,8 +408,8 @@ def sections_of(
         curve = curve + curved * rate**2 + slope * bent
     room = np.minimum(gaps(begin), gaps(end))
     room[room <= 0.0] = scene.gap  # such a run is refused
-    worst = np.maximum(waves * rate, curve / np.maximum(room, LEAST))
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
+        worst = np.maximum(waves * rate, curve / np.maximum(room, LEAST))
         longest = np.sqrt(8.0 * accuracy / worst) / step
     every = np.clip(longest, 1.0, MOST_STEPS).astype(int).tolist()
     return tuple(map(Section, firsts, every))
