@@ -19,12 +19,7 @@ TYPE_CHECKING = False  # importing `typing` would delay the handlers of early si
 if TYPE_CHECKING:
     from typing import Any
 
-    from hpcwhirl.analysis.basins import basins
-    from hpcwhirl.analysis.comparison import compare
-    from hpcwhirl.analysis.margins import first_changes, safe_ranges
-    from hpcwhirl.analysis.shares import shares
     from hpcwhirl.campaign import campaign
-    from hpcwhirl.campaign.edge import edge
     from hpcwhirl.campaign.plan.design import Design
     from hpcwhirl.campaign.simulate import simulate
     from hpcwhirl.errors import StoppedError
@@ -32,6 +27,11 @@ if TYPE_CHECKING:
     from hpcwhirl.store.reading.grid import grid
     from hpcwhirl.store.reading.reader import open_results, words
     from hpcwhirl.store.reading.shares import credibility
+    from hpcwhirl.studies.basins import basins
+    from hpcwhirl.studies.comparison import compare
+    from hpcwhirl.studies.edge import edge
+    from hpcwhirl.studies.margins import first_changes, safe_ranges
+    from hpcwhirl.studies.shares import shares
 
 __version__ = "0.1.0"
 __all__ = [
@@ -44,12 +44,12 @@ _HOMES = {
     "Design": "hpcwhirl.campaign.plan.design",
     "Scene": "hpcwhirl.scene",
     "StoppedError": "hpcwhirl.errors",
-    "compare": "hpcwhirl.analysis.comparison",
-    "edge": "hpcwhirl.campaign.edge",
-    "first_changes": "hpcwhirl.analysis.margins",
-    "basins": "hpcwhirl.analysis.basins",
-    "safe_ranges": "hpcwhirl.analysis.margins",
-    "shares": "hpcwhirl.analysis.shares",
+    "compare": "hpcwhirl.studies.comparison",
+    "edge": "hpcwhirl.studies.edge",
+    "first_changes": "hpcwhirl.studies.margins",
+    "basins": "hpcwhirl.studies.basins",
+    "safe_ranges": "hpcwhirl.studies.margins",
+    "shares": "hpcwhirl.studies.shares",
     "simulate": "hpcwhirl.campaign.simulate",
     "open_results": "hpcwhirl.store.reading.reader",
     "words": "hpcwhirl.store.reading.reader",

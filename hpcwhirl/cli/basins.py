@@ -44,12 +44,12 @@ def run(args: argparse.Namespace) -> int:
 
     The table has a row for each point of the sweep and motion; returns the exit code.
     """
-    from hpcwhirl.analysis.basins import basins
     from hpcwhirl.report.figures.coexisting import draw_fractions
     from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reading.reader import open_results
     from hpcwhirl.store.reading.results_file import results_of
     from hpcwhirl.store.reading.select import chosen
+    from hpcwhirl.studies.basins import basins
 
     place = results_of(args.folder)
     with open_results(place) as results, reading(place):
@@ -81,7 +81,7 @@ def columns_of(found: xarray.Dataset) -> dict[str, Any]:
 
     found : result of the analysis `basins`
     """
-    from hpcwhirl.analysis.shares import swept_in
+    from hpcwhirl.studies.shares import swept_in
 
     by = "regime" if "regime" in found.dims else "attractor"
     table = found.drop_dims("case").to_dataframe(dim_order=["point", by]).reset_index()

@@ -28,10 +28,10 @@ def run(args: argparse.Namespace) -> int:
     Lines below say how many of them are open, and at how many points branches have
     different words. Returns the exit code
     """
-    from hpcwhirl.analysis.branches import branches_of, changes_along, count_differences
     from hpcwhirl.report.figures.kinds import cases_at
     from hpcwhirl.scene.quantities import INPUTS
     from hpcwhirl.store.reading.results_file import Results
+    from hpcwhirl.studies.branches import branches_of, changes_along, count_differences
 
     with Results(args.folder) as results:
         only = cases_at(results, args.at) if args.at else None

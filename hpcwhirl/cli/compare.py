@@ -15,7 +15,7 @@ from hpcwhirl.scene.units import showing
 from hpcwhirl.store.reading.select import UNITS, variable_of
 
 if TYPE_CHECKING:
-    from hpcwhirl.analysis.comparison import Comparison
+    from hpcwhirl.studies.comparison import Comparison
 
 LEAST = 12  # default number of printed rows of the numbers that moved
 MOST = 40  # largest number of printed cases whose word changed
@@ -41,10 +41,10 @@ def run(args: argparse.Namespace) -> int:
 
     CSV and JSON have a row for each case that meets one of the other campaign.
     """
-    from hpcwhirl.analysis.comparison import compare
     from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reading.reader import open_results
     from hpcwhirl.store.reading.results_file import results_of
+    from hpcwhirl.studies.comparison import compare
 
     check_picture(args.plot)
     with (

@@ -20,8 +20,8 @@ from hpcwhirl.scene.units import showing, shown_in, with_unit
 from hpcwhirl.store.reading import select
 
 if TYPE_CHECKING:
-    from hpcwhirl.campaign.edge import Edge
     from hpcwhirl.scene import Scene
+    from hpcwhirl.studies.edge import Edge
 
 TRACKING = {"span": 1.0, "look": 1.0, "near": 1e-6, "far": 1e-3}
 UNITS = {
@@ -108,7 +108,7 @@ def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, A
 
     asked : scene and pulses
     """
-    from hpcwhirl.campaign.edge import Tracking, edge
+    from hpcwhirl.studies.edge import Tracking, edge
 
     how = Tracking(**{name: getattr(args, name) for name in TRACKING})
 
@@ -157,9 +157,9 @@ def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
 
     place, at : path of results.h5; texts ``NAME=V`` of --at, which select cases
     """
-    from hpcwhirl.analysis.margins import first_changes
     from hpcwhirl.store.reading.reader import open_results
     from hpcwhirl.store.reading.results_file import Results
+    from hpcwhirl.studies.margins import first_changes
 
     with open_results(place) as data, Results(place) as results:
         swept = {n: data[n].to_numpy() for n in select.swept_of(data)}
@@ -196,8 +196,8 @@ def _print_lines(args: argparse.Namespace, asked: list[Asked]) -> int:
 
     asked : the edges to follow
     """
-    from hpcwhirl.analysis.edge_tracking import LostEdgeError
     from hpcwhirl.cli.tables import print_table
+    from hpcwhirl.studies.edge_tracking import LostEdgeError
 
     if args.plot:
         msg = f"--plot draws one edge, got {len(asked)} lines: choose one by --at"

@@ -23,9 +23,9 @@ from hpcwhirl.store.reading import select
 if TYPE_CHECKING:
     import xarray
 
-    from hpcwhirl.analysis.margins import Along, FirstChange, Line, SafeRange
-    from hpcwhirl.campaign.margin_check import Check
     from hpcwhirl.store.reading.results_file import Results
+    from hpcwhirl.studies.margin_check import Check
+    from hpcwhirl.studies.margins import Along, FirstChange, Line, SafeRange
 
     Parts = Callable[[Line], Sequence[tuple[float, float]]]
 
@@ -105,7 +105,7 @@ def _check(args: argparse.Namespace) -> None:
 def _print_ranges(
     args: argparse.Namespace, data: xarray.Dataset, over: str, point: float | None
 ) -> int:
-    from hpcwhirl.analysis.margins import ranges_of
+    from hpcwhirl.studies.margins import ranges_of
 
     def parts(line: Line) -> list[tuple[float, float]]:
         return [(one.low, one.high) for one in ranges_of(line) if one.cases]
@@ -143,8 +143,8 @@ def _lines(
 
     parts : function from a line to the ends of its parts that are checked
     """
-    from hpcwhirl.analysis.margins import lines_of
     from hpcwhirl.store.reading.results_file import Results, results_of
+    from hpcwhirl.studies.margins import lines_of
 
     lines = lines_of(data, over, args.sure)
     if not args.check:
@@ -181,7 +181,7 @@ def _drawn(
 
     Returns the line with these points, and a check for each part with several cases.
     """
-    from hpcwhirl.campaign.margin_check import check_line
+    from hpcwhirl.studies.margin_check import check_line
 
     wide = [(low, high) for low, high in parts if low < high]
     tell = seldom(lambda text: print(f"margin: {text}", file=sys.stderr))
@@ -327,7 +327,7 @@ def first_change(
     over : name of the input
     point : value of that input to compare limits with; None: no comparison
     """
-    from hpcwhirl.analysis.margins import first_of
+    from hpcwhirl.studies.margins import first_of
 
     def parts(line: Line) -> list[tuple[float, float]]:
         safe = first_of(line).safe
@@ -428,7 +428,7 @@ def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
 
     The point and its inputs are those of --at.
     """
-    from hpcwhirl.analysis.margins import working_point
+    from hpcwhirl.studies.margins import working_point
 
     found = working_point(data, _point(args.at), args.sure)
     both = [_along(args, data, one) for one in found]
@@ -456,8 +456,8 @@ def _along(
     args: argparse.Namespace, data: xarray.Dataset, one: Along
 ) -> tuple[Along, list[Check]]:
     """Return the range around a point along one input after the check of --check."""
-    from hpcwhirl.analysis.margins import Along, lines_of, nearest_range, ranges_of
     from hpcwhirl.store.reading.results_file import Results, results_of
+    from hpcwhirl.studies.margins import Along, lines_of, nearest_range, ranges_of
 
     if not args.check or not one.found.cases:
         return one, []

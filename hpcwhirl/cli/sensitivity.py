@@ -73,9 +73,9 @@ def _found(args: argparse.Namespace, data: xarray.Dataset) -> xarray.Dataset:
 
     They are those of the outputs in --of, at the points of the sweep that --at selects.
     """
-    from hpcwhirl.analysis.sensitivity import USUAL, sensitivity
     from hpcwhirl.store.reading.select import chosen
     from hpcwhirl.store.results.sampled import drawn_of
+    from hpcwhirl.studies.sensitivity import USUAL, sensitivity
 
     names = [n.strip() for n in args.names.split(",")] if args.names else USUAL
     return sensitivity(chosen(data, args.at, drawn_of(data).swept), names)
@@ -88,7 +88,7 @@ def _rows(found: xarray.Dataset) -> list[dict[str, Any]]:
 
     found : Sobol' indices, result of `_found`
     """
-    from hpcwhirl.analysis.shares import swept_in
+    from hpcwhirl.studies.shares import swept_in
 
     order = ["point", "quantity", "input"]
     names = [*swept_in(found), *order[1:], *ENDS, *RESTS]
@@ -134,7 +134,7 @@ def tell(found: xarray.Dataset) -> None:
 
     found : Sobol' indices, result of `_found`
     """
-    from hpcwhirl.analysis.sensitivity import pairs_needed, widest
+    from hpcwhirl.studies.sensitivity import pairs_needed, widest
 
     for name in found["quantity"].values.tolist():
         one = found.sel(quantity=name)

@@ -12,12 +12,6 @@ from common import on_engine
 from launch import launch, records, root_variables
 
 import hpcwhirl
-from hpcwhirl.analysis.branches import (
-    Branch,
-    branches_of,
-    changes_of,
-    count_differences,
-)
 from hpcwhirl.campaign.compute import computation
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import begun, simulate
@@ -34,6 +28,12 @@ from hpcwhirl.scene.history import parsed
 from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.directory.states import States
 from hpcwhirl.store.reading.results_file import Results
+from hpcwhirl.studies.branches import (
+    Branch,
+    branches_of,
+    changes_of,
+    count_differences,
+)
 
 TABLES = {
     "scene": {"duration": 0.02},

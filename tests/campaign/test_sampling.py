@@ -11,7 +11,6 @@ import pytest
 from launch import BARE, held, kill, launch, records, root_variables, start, wait_for
 
 import hpcwhirl
-from hpcwhirl.analysis.shares import shares
 from hpcwhirl.campaign.begin import as_begun
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.plan.sampling import Sample
@@ -25,6 +24,7 @@ from hpcwhirl.scene.laws import drawn, law_of
 from hpcwhirl.scene.words import ENUMS, REGIMES
 from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.reading.shares import interval
+from hpcwhirl.studies.shares import shares
 
 GAP = {"distribution": "uniform", "low": 1e-4, "high": 3e-4}
 FORCE = {"distribution": "lognormal", "median": 75e3, "deviation": 0.2}

@@ -12,7 +12,6 @@ import pytest
 from made_up import refined_campaign
 
 import hpcwhirl
-from hpcwhirl.analysis.margins import lines_of, working_point
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.cli import main
 from hpcwhirl.cli.edge import _of_campaign
@@ -22,6 +21,7 @@ from hpcwhirl.report.page.tables import tables_of
 from hpcwhirl.scene import preset_inputs
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
+from hpcwhirl.studies.margins import lines_of, working_point
 
 ACCURACY = "solver.accuracy"
 FORCES = [1e4, 2e4, 3e4, 4e4, 5e4, 6e4]

@@ -33,13 +33,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from hpcwhirl.campaign.edge import Continued, Tracking, edge_between, moment_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.studies.edge import Continued, Tracking, edge_between, moment_of
 
 GAP, OWN, MASS = 1e-4, 583.0, 100.0  # r_0, m; sqrt(k / m), rad/s; m, kg
 BLACK = {"rotor_ratio": 0.02, "mass": 2.0, "spring": 4.0, "ratio": 0.05, "along": -1.0}

@@ -6,11 +6,11 @@ from launch import BARE, launch, root_variables
 
 import hpcwhirl
 from hpcwhirl.analysis.blade_motion import blade_amplitudes, blade_numbers, localisation
-from hpcwhirl.analysis.shares import shares
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.store.results.variables import amplification
+from hpcwhirl.studies.shares import shares
 
 SMALL = {
     "scene": {"duration": 3e-3},

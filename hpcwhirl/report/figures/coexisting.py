@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.lines import Line2D
 
-from hpcwhirl.analysis.basins import Starts, basins, starts_of, with_attractors
-from hpcwhirl.analysis.branches import Branch, branches_of, changes_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.canvas import axis_of, in_defaults, new_figure, save, value_of
 from hpcwhirl.report.figures.motions import DARK, draw_orbit, unit_of
@@ -20,12 +18,14 @@ from hpcwhirl.scene.quantities import variable_name
 from hpcwhirl.scene.words import REGIMES, SHOWN
 from hpcwhirl.store.reading.reader import open_results
 from hpcwhirl.store.reading.results_file import Results
+from hpcwhirl.studies.basins import Starts, basins, starts_of, with_attractors
+from hpcwhirl.studies.branches import Branch, branches_of, changes_of
 
 if TYPE_CHECKING:
     import xarray
 
-    from hpcwhirl.campaign.edge import Edge
     from hpcwhirl.scene import Scene
+    from hpcwhirl.studies.edge import Edge
 
 LOOKS = {"up": (">", "-"), "down": ("<", "--")}  # marker and line of a direction
 AT_REST = 1e-9  # mm, orbit radius drawn for a centre at rest

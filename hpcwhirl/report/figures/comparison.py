@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.comparison import Comparison
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.canvas import (
     axis_of,
@@ -21,6 +20,7 @@ from hpcwhirl.report.canvas import (
     tell_in_units,
 )
 from hpcwhirl.scene.words import SHOWN
+from hpcwhirl.studies.comparison import Comparison
 
 SAME, CHANGED = 26.0, 110.0  # areas of marks, points²
 

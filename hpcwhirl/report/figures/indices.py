@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colormaps
 
-from hpcwhirl.analysis.sensitivity import pairs_needed
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.canvas import (
     in_defaults,
@@ -25,6 +24,7 @@ from hpcwhirl.report.map.captions import engine_of
 from hpcwhirl.report.map.data import label_of
 from hpcwhirl.report.map.probabilities import varied
 from hpcwhirl.scene.words import COUNTED
+from hpcwhirl.studies.sensitivity import pairs_needed
 
 if TYPE_CHECKING:
     import xarray

@@ -10,7 +10,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hpcwhirl.analysis.branches import aside_of, bundles_of
 from hpcwhirl.analysis.wheel_motion import NEEDED
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.report.canvas import in_defaults, part_of_name, save, tell_in_units
@@ -27,6 +26,7 @@ from hpcwhirl.scene.units import showing
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
 from hpcwhirl.store.results.variables import DETAIL, changes_in_time
+from hpcwhirl.studies.branches import aside_of, bundles_of
 
 # Largest number of figures of a kind; all cases that the user names get their figures.
 MOST_CASES = 12

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.basins import in_order, with_attractors
 from hpcwhirl.analysis.columns import numbers, source_of, unknown_variable
 from hpcwhirl.analysis.expression import parse
 from hpcwhirl.arrays import Floats
@@ -24,6 +23,7 @@ from hpcwhirl.store.reading.coded import Coded, combined
 from hpcwhirl.store.reading.reader import coded
 from hpcwhirl.store.reading.select import numbers_in, variable_of
 from hpcwhirl.store.reading.shares import MAJORITY
+from hpcwhirl.studies.basins import in_order, with_attractors
 
 if TYPE_CHECKING:
     import xarray

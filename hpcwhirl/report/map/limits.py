@@ -22,7 +22,7 @@ from hpcwhirl.report.map.data import label_of
 if TYPE_CHECKING:
     import xarray
 
-    from hpcwhirl.analysis.margins import FirstChange
+    from hpcwhirl.studies.margins import FirstChange
 
 INK, UNMET = "#1F4E79", "#8A8A8A"
 MOST_AXES = 2

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.analysis.shares import shares, swept_in
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.canvas import FIXED, legend_below, new_figure
 from hpcwhirl.report.map.captions import engine_of, shared
@@ -21,6 +20,7 @@ from hpcwhirl.scene.words import COUNTED, Look
 from hpcwhirl.store.reading.select import variable_of, where
 from hpcwhirl.store.reading.shares import interval
 from hpcwhirl.store.results.sampled import drawn_of, is_sampled
+from hpcwhirl.studies.shares import shares, swept_in
 
 if TYPE_CHECKING:
     import xarray

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.analysis.branches import branches_of, changes_along, count_differences
 from hpcwhirl.report.canvas import NAMED, name_of
 from hpcwhirl.scene.quantities import variable_name
 from hpcwhirl.scene.units import shown_in, with_unit
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import value_text
+from hpcwhirl.studies.branches import branches_of, changes_along, count_differences
 
 if TYPE_CHECKING:
     import xarray
@@ -69,9 +69,9 @@ def _of_starts(results: Results) -> Iterator[Table]:
     They show the force or energy up to which all cases are damped, and the shares of
     starts that end on each motion.
     """
-    from hpcwhirl.analysis.basins import starts_of
     from hpcwhirl.errors import InputError
     from hpcwhirl.store.reading.reader import open_results
+    from hpcwhirl.studies.basins import starts_of
 
     with open_results(results.path) as data:
         for name in STRENGTHS:
@@ -86,8 +86,8 @@ def _of_starts(results: Results) -> Iterator[Table]:
 
 
 def _of_strength(data: xarray.Dataset, name: str) -> Iterator[Table]:
-    from hpcwhirl.analysis.margins import first_changes
     from hpcwhirl.store.results.sampled import is_sampled
+    from hpcwhirl.studies.margins import first_changes
 
     if is_sampled(data) or len(set(data[name].to_numpy().tolist())) <= 2:
         return
@@ -110,8 +110,8 @@ def _of_strength(data: xarray.Dataset, name: str) -> Iterator[Table]:
 
 
 def _of_shares(data: xarray.Dataset) -> Table:
-    from hpcwhirl.analysis.basins import basins
-    from hpcwhirl.analysis.shares import swept_in
+    from hpcwhirl.studies.basins import basins
+    from hpcwhirl.studies.shares import swept_in
 
     found = basins(data)
     seen = found.sel(regime=found["count"].any("point").to_numpy())

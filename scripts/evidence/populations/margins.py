@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 
 import hpcwhirl
-from hpcwhirl.analysis.margins import SAFE, Line, lines_of, ranges_of
-from hpcwhirl.campaign.margin_check import Check, check_line, computed_word
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.shares import interval
+from hpcwhirl.studies.margin_check import Check, check_line, computed_word
+from hpcwhirl.studies.margins import SAFE, Line, lines_of, ranges_of
 
 COUNT, LEAST = 30, 0.9
 DRAWN, FINER = 20, 5  # points in each range; times a finer sweep's step

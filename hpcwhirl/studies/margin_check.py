@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcwhirl.analysis.margins import SAFE, Line, with_points
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
@@ -23,6 +22,7 @@ from hpcwhirl.scene.quantities import INPUTS, variable_name
 from hpcwhirl.scene.words import word_of
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.shares import interval
+from hpcwhirl.studies.margins import SAFE, Line, with_points
 
 SEED = 0  # of the draws, fixed so that a check can be repeated
 BISECTIONS = 3  # of the interval between a point that is not damped and a damped one

@@ -26,10 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.regimes import Thresholds
-from hpcwhirl.analysis.shares import ends_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.scene.words import COUNTED
 from hpcwhirl.store.reading.reader import words
+from hpcwhirl.studies.shares import ends_of
 
 if TYPE_CHECKING:
     import xarray

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.attractors import attractors
-from hpcwhirl.analysis.shares import ends_of, shares_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene.words import COUNTED
 from hpcwhirl.store.reading.select import swept_of
 from hpcwhirl.store.results.sampled import drawn_of, is_sampled
+from hpcwhirl.studies.attractors import attractors
+from hpcwhirl.studies.shares import ends_of, shares_of
 
 if TYPE_CHECKING:
     import xarray

@@ -348,7 +348,7 @@ def computed(monkeypatch):
         scenes.append(scene)
         return island(scene)
 
-    monkeypatch.setattr("hpcwhirl.campaign.margin_check.computed_word", word)
+    monkeypatch.setattr("hpcwhirl.studies.margin_check.computed_word", word)
     return scenes
 
 
@@ -392,7 +392,7 @@ def test_at_least_stands_behind_drawn_points_alone(tmp_path, capsys, computed):
 def test_a_limit_that_a_drawn_pulse_breaks_is_lowered(tmp_path, facts, monkeypatch):
     place = pulses(tmp_path / "c", {300.0: "dddd"})
     word = lambda scene: "damped" if scene.force < 1.1e5 else "sustained"  # noqa: E731
-    monkeypatch.setattr("hpcwhirl.campaign.margin_check.computed_word", word)
+    monkeypatch.setattr("hpcwhirl.studies.margin_check.computed_word", word)
     words = ["margin", str(place), "--over", "force", "--first", "--json"]
     (before,) = facts(*words)["first"]
     (after,) = facts(*words, "--check", "10")["first"]

@@ -11,19 +11,19 @@ from scipy.stats import binom
 from synthetic import synthetic
 
 import hpcwhirl
-from hpcwhirl.analysis.attractors import (
+from hpcwhirl.campaign.plan.design import design_of
+from hpcwhirl.cli import main
+from hpcwhirl.errors import InputError
+from hpcwhirl.store.reading.shares import interval
+from hpcwhirl.store.results.sampled import sample_attribute
+from hpcwhirl.studies.attractors import (
     FEATURES,
     FEWEST,
     attractors,
     clusters,
     silhouette,
 )
-from hpcwhirl.analysis.basins import basin_entropy, basins, entropy, starts_of
-from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.cli import main
-from hpcwhirl.errors import InputError
-from hpcwhirl.store.reading.shares import interval
-from hpcwhirl.store.results.sampled import sample_attribute
+from hpcwhirl.studies.basins import basin_entropy, basins, entropy, starts_of
 
 FAST = {
     "scene": {"duration": 2e-3},

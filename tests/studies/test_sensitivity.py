@@ -11,13 +11,6 @@ import xarray
 from scipy.stats import norm, sobol_indices
 
 import hpcwhirl
-from hpcwhirl.analysis.sensitivity import (
-    indices,
-    intervals,
-    pairs_needed,
-    sensitivity,
-    widest,
-)
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.cli import main
 from hpcwhirl.cli.sensitivity import tell
@@ -25,6 +18,13 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.report.figures import indices as indices_drawn
 from hpcwhirl.report.figures.indices import draw_sensitivity
 from hpcwhirl.store.results.sampled import sample_attribute
+from hpcwhirl.studies.sensitivity import (
+    indices,
+    intervals,
+    pairs_needed,
+    sensitivity,
+    widest,
+)
 
 FAST = {
     "scene": {"duration": 2e-3},
@@ -326,7 +326,7 @@ def test_a_panel_without_indices_says_why(tmp_path, monkeypatch):
     data["friction"].attrs["units"] = "1"
     data["y"] = data["y"].where(data["friction"] > 0.015, 3.0)
     figures = []
-    monkeypatch.setattr("hpcwhirl.analysis.sensitivity.RESAMPLES", 50)
+    monkeypatch.setattr("hpcwhirl.studies.sensitivity.RESAMPLES", 50)
     monkeypatch.setattr(indices_drawn, "save", lambda figure, _: figures.append(figure))
     draw_sensitivity(data, sensitivity(data, ["y"]), tmp_path)
     told = [[text.get_text() for text in axes.texts] for axes in figures[0].axes]
@@ -334,7 +334,7 @@ def test_a_panel_without_indices_says_why(tmp_path, monkeypatch):
 
 
 def test_indices_over_two_inputs_are_drawn_at_a_value_of_one(tmp_path, monkeypatch):
-    monkeypatch.setattr("hpcwhirl.analysis.sensitivity.RESAMPLES", 50)
+    monkeypatch.setattr("hpcwhirl.studies.sensitivity.RESAMPLES", 50)
     data = results(512, ishigami, sweep={"friction": [0.01, 0.02], "gap": [1e-4, 2e-4]})
     with pytest.raises(InputError, match=r"not friction and gap: add --at gap=VALUE$"):
         draw_sensitivity(data, sensitivity(data, ["y"]), tmp_path)

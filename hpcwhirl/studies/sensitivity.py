@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.analysis.shares import ends_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.scene.campaign_tables import SALTELLI
@@ -26,6 +25,7 @@ from hpcwhirl.scene.words import COUNTED, REGIMES
 from hpcwhirl.store.reading.select import numbers_in
 from hpcwhirl.store.reading.shares import CONFIDENCE, interval
 from hpcwhirl.store.results.sampled import Drawn, drawn_of, points_of
+from hpcwhirl.studies.shares import ends_of
 
 if TYPE_CHECKING:
     import xarray

@@ -19,7 +19,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.edge_tracking import HIGH, LOW, OPEN, Tracked, track
 from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
 from hpcwhirl.analysis.whirl import sense_of, static_frame, whirl_numbers
 from hpcwhirl.arrays import Floats
@@ -33,6 +32,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.contact_laws import RIGID
+from hpcwhirl.studies.edge_tracking import HIGH, LOW, OPEN, Tracked, track
 
 USUAL = Thresholds()
 AFTER = 2.0  # time at which the two states are taken, in durations of the pulse

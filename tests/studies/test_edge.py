@@ -7,16 +7,7 @@ import numpy as np
 import pytest
 from synthetic import synthetic
 
-from hpcwhirl.analysis.edge_tracking import LostEdgeError
 from hpcwhirl.analysis.regimes import evidence
-from hpcwhirl.campaign.edge import (
-    Continued,
-    Tracking,
-    _orbit,
-    edge,
-    moment_of,
-    since,
-)
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels import contact
@@ -24,6 +15,15 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.studies.edge import (
+    Continued,
+    Tracking,
+    _orbit,
+    edge,
+    moment_of,
+    since,
+)
+from hpcwhirl.studies.edge_tracking import LostEdgeError
 
 QUICK = Tracking(span=0.01, look=0.3, near=0.03, far=0.1)
 
@@ -170,7 +170,7 @@ def test_a_campaign_over_force_has_an_edge_on_each_line_with_a_change(
         msg = "the boundary was lost: for a test"
         raise LostEdgeError(msg)
 
-    monkeypatch.setattr("hpcwhirl.campaign.edge.edge", followed)
+    monkeypatch.setattr("hpcwhirl.studies.edge.edge", followed)
     assert main(["edge", str(place), "--quiet"]) == 0
     out = capsys.readouterr().out
     assert asked == [(410.0, 1e5, 1.5e5), (420.0, 1e5, 1.5e5)]

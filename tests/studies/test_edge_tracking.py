@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from hpcwhirl.analysis.edge_tracking import (
+from hpcwhirl.studies.edge_tracking import (
     HIGH,
     LOW,
     OPEN,
