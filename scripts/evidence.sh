@@ -31,6 +31,7 @@ motions     | 20 min  | python scripts/evidence/motions.py             | --write
 early       | 10 min  | python scripts/evidence/early.py               | --write
 claims      | hours   | python scripts/evidence/claims.py              | --write
 foresight   | 1 hour  | python scripts/evidence/foresight.py           | --write
+combinations | 10 min | python scripts/evidence/combinations.py       | --write
 releases    | minutes | scripts/releases.sh --march                    |
 lowest      | minutes | scripts/lowest.sh                              |
 scale-cost  | 1 hour  | python scripts/evidence/scale_cost.py          | --write

@@ -1,0 +1,160 @@
+"""Do all features of an engine hold together? March each pair of them; say its cost.
+
+    python scripts/evidence/combinations.py            all pairs
+    python scripts/evidence/combinations.py film tilt  the pairs of these features
+    options: --write (the page combinations.md)  --oracle (compare with `paper`, too)
+
+Each feature is set on an engine of 11 blades for 3 ms, and each pair of features. A row
+tells the integrator, the processor's time over that of the engine without features,
+least of two marches after a first one, and, with --oracle, the largest difference of
+the tips from those of scheme `paper`, or `general` where `paper` refuses, as a share of
+the largest displacement; or the reason of a refusal.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import WhirlError
+from hpcwhirl.scene import apply_settings, named_scene
+
+PAGE = Path(__file__).with_name("combinations.md")
+BASE = {
+    "speed": 420.0, "duration": 3e-3, "interval": 2e-5, "time_step": 1e-6,
+    "traces": "full", "blades": 11, "modes": 33, "gap": 2e-4,
+    "casing.harmonics": 8,
+}  # fmt: skip
+FULL = {"rotation": "full"}
+OVAL = {"profile": "harmonic,amplitude,phase;2,2e-5,0"}
+FEATURES: dict[str, dict[str, Any]] = {
+    "rotation": FULL,
+    "unbalance": FULL | {"unbalance": 2e-3},
+    "lost blade": FULL | {"lost_blade": 3, "amplitude_limit": 0.5,
+                          "rotor.centre_stiffness": 3e8},
+    "mistuned": {"mistuning": [0.02 * float(np.sin(7.0 * j)) for j in range(11)]},
+    "unlike supports": FULL | {"stiffness_difference": 5e6},
+    "film": FULL | {"film_viscosity": 0.01, "film_length": 0.03, "film_radius": 0.05,
+                    "film_clearance": 2e-4},
+    "cross-coupling": FULL | {"cross_coupling": 1e5},
+    "tilt": FULL | {"shaft": "cantilever"},
+    "run-up": {"acceleration": 100.0},
+    "gap closes": {"gap_closure": 2e-5, "gap_time": 0.1},
+    "oval": OVAL,
+    "release": OVAL | {"profile_release": 2e-3},
+    "layer": {"contact_law": "abradable"},
+    "stribeck": {"friction_law": "stribeck"},
+    "start energy": {"start_energy": 5.0},
+    "gap at rest": FULL | {"gap_at": "rest", "gap": 4e-4},
+    "exact": {"scheme": "exact"},
+    "decided": {"until": "decided"},
+    "chaos": {"chaos": 50.0},
+    "elements": {"discretization": "elements", "casing.elements": 40},
+    "shell": {"discretization": "shell"},
+    "rigid casing": {"kind": "rigid", "amplitude": 5e-5, "growth": 20.0},
+}  # fmt: skip
+FAR = 4.0  # times the base: a pair above it is told
+
+
+class Row(NamedTuple):
+    """What a pair of features gave: integrator, cost / base, difference; or refusal."""
+
+    pair: tuple[str, ...]
+    scheme: str = ""
+    cost: float = 0.0
+    apart: float | None = None
+    refused: str = ""
+
+
+def marched(given: dict[str, Any]) -> tuple[March, float]:
+    """Return a march at its end, and its processor time, s."""
+    march = March(resolve(apply_settings(named_scene("four_motions"), given)))
+    begun = time.process_time()
+    march.run()
+    return march, time.process_time() - begun
+
+
+def apart(given: dict[str, Any], march: March) -> float | None:
+    """Return how far the tips are from those of `paper` or `general`, None without."""
+    tips = march.history().tips
+    for scheme in ("paper", "general"):
+        try:
+            other, _ = marched(given | {"scheme": scheme})
+        except WhirlError:
+            continue
+        far = np.abs(other.history().tips - tips).max()
+        return float(far / max(np.abs(tips).max(), 1e-300))
+    return None
+
+
+def row_of(pair: tuple[str, ...], base: float, *, oracle: bool) -> Row:
+    """March a scene with some features; return its row.
+
+    base : s, processor time of the engine without features
+    """
+    given = dict(BASE)
+    for name in pair:
+        given |= FEATURES[name]
+    try:
+        march, _ = marched(given)
+    except WhirlError as refused:
+        return Row(pair, refused=str(refused).partition("\n")[0])
+    cost = min(marched(given)[1] for _ in range(2)) / base
+    scheme = type(march.scheme).__name__.lstrip("_")
+    return Row(pair, scheme, cost, apart(given, march) if oracle else None)
+
+
+def told(row: Row) -> str:
+    """Return the line of a table for a pair."""
+    name = " + ".join(row.pair)
+    if row.refused:
+        return f"| {name} | refused | | {row.refused} |"
+    far = "" if row.apart is None else f"{row.apart:.0e}"
+    return f"| {name} | {row.scheme} | {row.cost:.1f} | {far} |"
+
+
+def page(rows: list[Row]) -> str:
+    """Return the page: what holds, in a sentence, and the table of all pairs."""
+    refused = sum(bool(row.refused) for row in rows)
+    dear = sum(row.cost > FAR for row in rows)
+    head = (
+        f"# Features that hold together\n\n{len(rows)} pairs of features of an engine "
+        f"(`python scripts/evidence/combinations.py`): {refused} are refused, and "
+        f"{dear} of the others take more than {FAR:g} times the base.\n"
+    )
+    table = (
+        "| pair | integrator | cost / base | difference, or reason |\n|---|---|---|---|"
+    )
+    return "\n".join([head, table, *map(told, rows), ""])
+
+
+def main(words: list[str] | None = None) -> int:
+    """March the pairs that are asked for; print a line for each."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("features", nargs="*", choices=[[], *FEATURES], metavar="NAME")
+    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--oracle", action="store_true")
+    asked = parser.parse_args(words)
+    names = asked.features or list(FEATURES)
+    marched(BASE)
+    base = min(marched(BASE)[1] for _ in range(3))
+    rows = []
+    for pair in combinations(names, 2):
+        rows.append(row_of(pair, base, oracle=asked.oracle))
+        print(told(rows[-1]), flush=True)
+    if asked.write:
+        PAGE.write_text(page(rows), encoding="utf-8")
+    print(page(rows).splitlines()[2])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
