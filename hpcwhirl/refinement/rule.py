@@ -66,8 +66,7 @@ class Rule:
     def word_of(self, end: Mapping[str, Any]) -> Word | None:
         """Return the word of an ended case for refinement; None if it has none.
 
-        A case that failed, or whose outcome is `unstable`, has no word, nor has an
-        undecided one of a branch.
+        A case that failed, or whose outcome is `unstable`, has no word.
 
         end : {"regime": word, "whirl": word, "features": numbers}, see `words.word_of`
         """

@@ -17,7 +17,9 @@ from typing import Any, NamedTuple
 
 REGIME, WHIRL, BOTH, ATTRACTOR = "regime", "whirl", "both", "attractor"
 BRANCH = "branch"  # the regime, compared between successive cases of a branch
-LATER = "undecided"  # no word of a branch: a longer run gives another one
+# Along a branch an undecided case counts as sustained: which of both a case is depends
+# on the run's duration, so that a change between them is no fold.
+ALIKE = {"undecided": "sustained"}
 COMPARED = (REGIME, WHIRL, BOTH, ATTRACTOR, BRANCH)  # kinds of words
 NUMBERS = ("orbit_radius", "gap_scale", "whirl_ratio", "late_energy", "growth_rate")
 FLOOR = 1e-6  # ratio of orbit radius to gap below which the motion is round-off
@@ -90,10 +92,8 @@ def any_differ(words: Collection[Word]) -> bool:
     return any(max(side) - min(side) > 1.0 for side in sides)
 
 
-def word_of(kind: str, row: Mapping[str, Any]) -> Word | None:
+def word_of(kind: str, row: Mapping[str, Any]) -> Word:
     """Return the word of a case that refinement compares with its neighbours' words.
-
-    None for an undecided case of a branch, whose change to or from it is no fold.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def word_of(kind: str, row: Mapping[str, Any]) -> Word | None:
     """
     if kind == ATTRACTOR:
         return Attractor(str(row["regime"]), tuple(row["features"]))
-    if kind == BRANCH and row["regime"] == LATER:
-        return None
-    both = {REGIME: row["regime"], BRANCH: row["regime"], WHIRL: row["whirl"]}
+    regime = row["regime"]
+    along = ALIKE.get(regime, regime)
+    both = {REGIME: regime, BRANCH: along, WHIRL: row["whirl"]}
     return str(both.get(kind, f"{row['regime']} {row['whirl']}"))

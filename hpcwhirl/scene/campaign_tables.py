@@ -394,7 +394,7 @@ class Refine(TableModel):
     words: Literal["regime", "whirl", "both", "attractor", "branch"] = key("regime",
         "what must differ between the corners of a cell for it to be split; attractor: "
         "regime, or orbit, whirl and energy or growth; branch: the regime along "
-        "[branch], without undecided cases")
+        "[branch], undecided cases as sustained ones")
     speckle: int = key(2,
         "number of levels after which a cell is speckle if most of its parts are still "
         "mixed; speckle is not split further",

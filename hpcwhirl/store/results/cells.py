@@ -271,7 +271,7 @@ def _words(rows: Mapping[str, NDArray[Any]], by: str) -> list[Word]:
         row = dict(zip(names, values, strict=True))
         if by == ATTRACTOR:
             row["features"] = features_of(row)
-        found.append("" if none else word_of(by, row) or "")
+        found.append("" if none else word_of(by, row))
     return found
 
 
