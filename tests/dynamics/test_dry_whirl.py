@@ -35,7 +35,9 @@ from scipy.optimize import brentq
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.kernel_types import BodiesState
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.scene import apply_settings, named_scene
@@ -154,16 +156,21 @@ def put(march, rotor, casing):
     casing : (w, omega), its harmonic 1, static frame, which is the same at t = 0
     """
     state, step, model = march.state, march.scene.solver.time_step, march.model
-    back = [place * np.exp(-1j * rate * step) for place, rate in (rotor, casing)]
     hub = centre_rows(model.rotor, model.blades)[:, :2]  # blades move with the disk
     waves = model.casing.shapes[1:3]  # cos and sin of the harmonic
-    for q, d, rows, place, older in (
-        (state.q_b, state.d_b, hub, rotor[0], back[0]),
-        (state.q_c, state.d_c, waves, casing[0], back[1]),
-    ):
-        lower, size = np.linalg.pinv(rows), rows.shape[1]
-        now, before = (lower @ [z.real, z.imag] for z in (place, older))
-        q[:size], d[:size] = now, now - before
+    found = []
+    for rows, (place, rate) in ((hub, rotor), (waves, casing)):
+        turn = np.exp(1j * rate * step)
+        numbers = place, place - place / turn, place * (turn - 1 / turn) / (2 * step)
+        found.append([np.linalg.pinv(rows) @ [z.real, z.imag] for z in numbers])
+    (q, d, v), (p, e, u) = found
+    if isinstance(state, BodiesState):
+        state.q_b[: len(q)], state.d_b[: len(q)] = q, d
+        state.q_c[: len(p)], state.d_c[: len(p)] = p, e
+        return
+    still, moving = (model.rotor.shapes[:, : len(q)] @ part for part in (q, v))
+    bodies = still, moving, *(model.casing.shapes @ part for part in (p, u))
+    assert march.scheme.begin(Motion(*bodies, 0.0))
 
 
 def begun_on(file, blades, root, scale=1.0, stator=BLACK, **settings):
@@ -315,7 +322,7 @@ def test_the_unstable_orbit_of_dry_whip_is_the_motion_on_the_edge(whip):
     assert abs(found.numbers["orbit_change"]) < 2e-3
     assert found.numbers["contact_share"] > 0.99
     assert found.numbers["leaving_rate"] > 50.0
-    assert found.low.radius[-1] < 0.3 * GAP
+    assert found.low.radius[-1] < 0.4 * GAP
     left = found.high.radius > 1.01 * UNSTABLE * GAP
     assert (np.diff(found.high.radius[left]) > 0.0).all()
     assert found.high.radius[-1] > 1.1 * UNSTABLE * GAP
