@@ -197,11 +197,11 @@ def shown(value: Any) -> str:
 def nearest(word: str, known: Iterable[str]) -> str:
     """Return a hint at a misspelt name, ``"; did you mean 'x'?"``, for a message.
 
-    x is the first shortest name in `known` that begins with `word`, else the one that
-    is most similar to it; the hint is empty if none is similar.
+    x is the first shortest name in `known` that begins with `word`, or has it as last
+    part, else the one that is most similar; the hint is empty if none is similar.
     """
     names = list(known)
-    longer = [name for name in names if name.startswith(word)]
+    longer = [n for n in names if n.startswith(word) or n.endswith(f".{word}")]
     matches = [min(longer, key=len)] if longer and len(word) >= SURE else []
     matches = matches or difflib.get_close_matches(word, names, n=1, cutoff=0.6)
     return f"; did you mean '{matches[0]}'?" if matches else ""

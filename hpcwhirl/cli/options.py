@@ -30,6 +30,7 @@ from hpcwhirl.scene import (
     preset_of,
     scene_of_document,
 )
+from hpcwhirl.scene.documents import naming_lines
 from hpcwhirl.scene.quantities import INPUTS, ROW
 from hpcwhirl.scene.units import told_of, units_asked
 
@@ -208,7 +209,8 @@ def scene_of(name: str, settings: Sequence[str]) -> Scene:
     if bare:
         return apply_settings(named_scene(name), given)
     document = load_document(path)
-    scene = scene_of_document(document, DESIGN_TABLES, path.parent, given)
+    with naming_lines(path, given):
+        scene = scene_of_document(document, DESIGN_TABLES, path.parent, given)
     _tell_ignored(path, document)
     return scene
 

@@ -9,6 +9,7 @@ import ast
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -210,7 +211,8 @@ def _anchored(file: str, folder: Path | str) -> str:
 
 def load_scene(path: Path | str) -> Scene:
     """Return the scene of a TOML file (tables scene, engine, solver, output)."""
-    return scene_of_document(load_document(path), folder=Path(path).parent)
+    with naming_lines(path):
+        return scene_of_document(load_document(path), folder=Path(path).parent)
 
 
 def parsed_toml(text: str) -> dict[str, Any]:
@@ -305,6 +307,47 @@ def setting_value(full: str, raw: str, name: str = "") -> Value:
     return value
 
 
+NAMED_KEY = re.compile(  # the key that a message is about
+    r"unknown (?:key|table|(?:scene )?input)[^']*'([\w.-]+)'|(?:^|[\s:])([a-z_][\w.]*)"
+    r" (?:must be|takes one|must have|must lie|is given)"
+)
+
+
+@contextmanager
+def naming_lines(
+    path: Path | str, settings: Mapping[str, Value] | None = None
+) -> Iterator[None]:
+    """Within this context, an InputError on a key of a file also names its line.
+
+    It does not where the file has the key twice or not at all.
+
+    Parameters
+    ----------
+    path : the file
+    settings : {input: value} that override the file, whose errors are not the file's
+    """
+    try:
+        yield
+    except InputError as failed:
+        told = str(failed)
+        line = 0 if str(path) in told else _line_of(told, path, settings or {})
+        if not line:
+            raise
+        raise type(failed)(f"{told} ({path}, line {line})") from None
+
+
+def _line_of(told: str, path: Path | str, settings: Mapping[str, Value]) -> int:
+    """Return the line of a file that has the key that a message names, or 0."""
+    found = NAMED_KEY.search(told)
+    key = (found[1] or found[2]).rpartition(".")[2] if found else ""
+    if not key or key in {name.rpartition(".")[2] for name in settings}:
+        return 0
+    given = re.compile(rf"(?:^|[{{,.\s]|\[){re.escape(key)}\s*(?:=|\]|\.\w+\s*=)")
+    lines = _text_of(path).splitlines()
+    having = [n for n, one in enumerate(lines, 1) if given.search(one.split("#")[0])]
+    return having[0] if len(having) == 1 else 0
+
+
 def load_document(path: Path | str) -> dict[str, Any]:
     """Return the parsed TOML of a file.
 
@@ -320,8 +363,17 @@ def load_document(path: Path | str) -> dict[str, Any]:
     except ValueError as failed:
         why = str(failed).replace("Cannot overwrite a value", "a key is given twice")
         why = one_line(TWICE.sub(_twice, why), 300)
-        msg = f"{path} is not valid TOML: {why}"
+        msg = f"{path} is not valid TOML: {why}{_key_at(path, why)}"
         raise InputError(msg) from None
+
+
+def _key_at(path: Path | str, why: str) -> str:
+    """Return ": KEY" of the line on which a key is given twice; else ""."""
+    found = re.search(r"a key is given twice \(at line (\d+)", why)
+    lines = _text_of(path).splitlines() if found else []
+    at = int(found[1]) - 1 if found else 0
+    key = lines[at].partition("=")[0].strip() if at < len(lines) else ""
+    return f": {one_line(key, 60)}" if key else ""
 
 
 def units_of_document(document: Mapping[str, Any]) -> tuple[str, ...]:

@@ -47,7 +47,7 @@ from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.campaign_tables import Campaign, Refine
 from hpcwhirl.scene.case_digest import PHYSICS_VERSION, read_as
 from hpcwhirl.scene.digests import CaseDigests, Digests, takes_real
-from hpcwhirl.scene.documents import listed_cases
+from hpcwhirl.scene.documents import listed_cases, naming_lines
 from hpcwhirl.scene.input_names import FILE, Value, full_name
 from hpcwhirl.scene.plain_data import with_reals
 from hpcwhirl.scene.quantities import WHOLE
@@ -405,7 +405,8 @@ def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
     if path is None:
         text = resources.files("hpcwhirl.campaign").joinpath("default.toml").read_text()
         return design_of(tomllib.loads(text), settings)
-    return design_of(load_document(path), settings, path.parent)
+    with naming_lines(path, settings):
+        return design_of(load_document(path), settings, path.parent)
 
 
 def design_of(

@@ -198,7 +198,8 @@ def _parsed(path: Path, text: bytes) -> Manifest:
         raise StoreError(f"{path} is damaged: not valid JSON") from None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         found = data.get("format") if isinstance(data, dict) else None
-        msg = f"{path} has format {found!r:.40}, this program reads {FORMAT}"
+        msg = f"{path} has format {found!r:.40}, this program reads {FORMAT}: continue "
+        msg += "it with the version that began it, or use another --out"
         raise StoreError(msg)
     if SEAL.match(text):
         del data["seal"]
