@@ -20,7 +20,7 @@ from hpcwhirl.benchmark.bench import (
     step_times,
     time_marches,
 )
-from hpcwhirl.dynamics.kernels import cyclic, passes, wave_types
+from hpcwhirl.dynamics.kernels import cyclic, wave_types
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
 from hpcwhirl.dynamics.kernels.transform import products, span_of
 from hpcwhirl.dynamics.kernels.vectors import FOUR
@@ -30,7 +30,6 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.scene.schemes import DEFAULT
 
-ITEMS_OF_ROTOR, ITEMS_OF_RING = 4, 6  # array elements of a mode that a free step reads
 SIZES = 22, 44, 88, 176
 MOST_SEVERAL = 44  # largest number of blades timed also with several points a tip
 CYCLIC, UNEQUAL = "equal", "unequal"
@@ -222,12 +221,8 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
     march, touching : integration whose steps are counted; mean number of blades in
         contact
 
-    A step without contact takes 11 operations for a real amplitude of the rotor, 36 for
-    a complex one of the ring, 2 for an entry of the transform, 4 for a gap. A wave
-    takes 12 with rotation. Equal sectors without rotation have no transform far from
-    the casing. A blade in contact adds its rows of tips, forces and works; not counted
-    are the search for the multipliers and further reads of a pass over modes. For
-    unequal sectors and several points a tip see `_of_points`.
+    Not counted are the search for the multipliers and, with contact, tips that are read
+    without touching.
 
     Raises
     ------
@@ -240,17 +235,27 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
     arrays, state = march.scheme.arrays, march.state
     if isinstance(arrays.rotor, wave_types.PointsRotor):
         return _of_points(arrays.rotor, len(state.last), touching)
-    blades, rotor = len(state.last), arrays.rotor
-    k, wide = cyclic.widths(blades)
-    step = _turned(rotor, state) + 36 * len(state.ring) / passes.RING_STATE
-    skips = isinstance(rotor, wave_types.CyclicRotor) and touching == 0.0
-    split = 0.0 if skips else products(blades, span_of(blades))
-    step += 2 * FOUR * split + 4 * wide
+    return _of_slots(arrays.rotor, len(state.last), touching)
+
+
+def _of_slots(rotor: wave_types.SlotRotor, blades: int, touching: float) -> Counts:
+    """Count operations and bytes of a mean step of equal sectors, by slots.
+
+    A wave takes 12 operations, and with contact 16 more, of the casing 24; a blade in
+    contact its rows of W and of the spectrum. Far from the casing there is no
+    transform.
+
+    rotor, blades, touching : coefficients; N; mean number of blades in contact
+    """
+    rows, (k, wide) = rotor.rows, cyclic.widths(blades)
+    own, beside = FOUR * int(rows.rotor.sum()), FOUR * int(rows.ring.sum())
+    split = products(blades, span_of(blades)) if touching > 0.0 else 0.0
+    step = 12 * (own + beside) + 2 * FOUR * split + 4 * wide
+    size = 7 * (own + beside) + FOUR * split
+    if touching > 0.0:
+        step, size = step + 16 * own + 24 * beside, size + len(rows.pushed)
     row = 2 * k + 2 * wide
-    size = state.rotor.nbytes + state.ring.nbytes + 8 * FOUR * split
-    size += ITEMS_OF_RING / passes.ITEMS * arrays.casing.items.nbytes
-    size += ITEMS_OF_ROTOR / passes.ITEMS * rotor[0].nbytes
-    return Counts(step + 2 * row * touching, size + 8 * row * touching)
+    return Counts(step + 2 * row * touching, 8 * (size + row * touching))
 
 
 def _of_points(rotor: wave_types.PointsRotor, points: int, touching: float) -> Counts:
@@ -276,16 +281,6 @@ def _of_points(rotor: wave_types.PointsRotor, points: int, touching: float) -> C
     own_rows = rows.read, rows.push, rows.opens, rows.slides
     more = sum(map(len, own_rows)) * touching / points
     return Counts(step + 2 * more, 8 * (size + more))
-
-
-def _turned(rotor: Any, state: CyclicState) -> float:
-    """Return how many operations advance a rotor's modal amplitudes by a step.
-
-    rotor, state : arrays that the kernel uses for the rotor; state of the integration
-    """
-    if isinstance(rotor, wave_types.WaveRotor):
-        return 6 * int(rotor.hub.shape[1])
-    return 11 * len(state.rotor) / passes.ROTOR_STATE
 
 
 def table(rows: Sequence[Row]) -> list[list[str]]:

@@ -14,13 +14,12 @@ import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.free_modes import FreeModes, ModesMotion
+from hpcwhirl.dynamics.free_motion import BLOCK, Start
 from hpcwhirl.dynamics.free_waves import WavesMotion, free_rotor
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Strides, Tracks
 from hpcwhirl.dynamics.schemes.rotating_frame import RotatingFrame
-
-BLOCK = 256  # samples evaluated at once
 
 
 class _Motion(NamedTuple):
@@ -51,53 +50,6 @@ class _Motion(NamedTuple):
         """
         rotor, ring = self.parts(z)
         return self.rotor.energies(rotor), self.ring.energies(ring)
-
-
-class Start(NamedTuple):
-    """State of a march at the step from which it continues in closed form.
-
-    Attributes
-    ----------
-    step : number of the step
-    row : (COLUMNS,), the row of evidence at this step, see `kernels.contact`
-    impulse : N s, normal impulse of all contacts so far
-    blades : (N,), N s, normal impulse of each blade so far
-    """
-
-    step: int
-    row: Floats
-    impulse: float
-    blades: Floats
-
-    @classmethod
-    def of(cls, state: CyclicState, tracks: Tracks) -> Start:
-        """Return what a march is at a step with a row of evidence.
-
-        state, tracks : of the march, which has just written this row
-        """
-        return cls(
-            int(state.counter[contact.STEP]),
-            tracks.evidence[state.counter[contact.JUDGED] - 1].copy(),
-            float(state.ledger[contact.IMPULSE]),
-            state.impulse.copy(),
-        )
-
-    @property
-    def to_lose(self) -> float:
-        """Energy dissipated so far plus the energy that is left at this step, J.
-
-        In free motion energy only decreases by damping, so that this sum stays.
-        """
-        columns = contact.WAS_LOST, contact.OF_ROTOR, contact.OF_CASING
-        return float(sum(self.row[column] for column in columns))
-
-    def ahead(self, total: int, stride: int) -> Integers:
-        """Return how many steps later each sample up to step `total` is taken.
-
-        stride : steps between samples
-        """
-        first = self.step // stride + 1
-        return np.arange(first, total // stride + 1) * stride - self.step
 
 
 class FreeDecay:

@@ -13,8 +13,8 @@ import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.dynamics.flights import die_out
-from hpcwhirl.dynamics.free_decay import BLOCK, Start
 from hpcwhirl.dynamics.free_modes import flushed
+from hpcwhirl.dynamics.free_motion import BLOCK, Start
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Strides, Tracks
 from hpcwhirl.dynamics.point_arrays import Reads

@@ -21,7 +21,8 @@ from hpcwhirl.case.profile import NEVER, held_displacement, release_step
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
 from hpcwhirl.dynamics.casing import wall_of
-from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
+from hpcwhirl.dynamics.free_decay import next_look
+from hpcwhirl.dynamics.free_motion import WaveDecay
 from hpcwhirl.dynamics.free_points import FreePoints
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
@@ -31,7 +32,7 @@ from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.operators import friction_with_sign, rods_of
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.by_sectors import folds_well
-from hpcwhirl.dynamics.schemes.rotating_frame import RotatingFrame
+from hpcwhirl.dynamics.schemes.equal_sectors import EqualWaves
 from hpcwhirl.dynamics.schemes.several_points import BothAsWaves
 from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
@@ -179,14 +180,14 @@ class March:
             target[...] = array
         self.recall()
 
-    def _coast(self) -> FreeDecay | FreePoints | None:
+    def _coast(self) -> WaveDecay | FreePoints | None:
         """Return the object that finds certificates and the motion after them, or None.
 
         None if the plan of the case seeks no certificate, or if there is no closed form
         for this scheme or for a changing speed.
         """
         scene, scheme = self.lean.scene, self.scheme
-        if not isinstance(scheme, RotatingFrame | BothAsWaves):
+        if not isinstance(scheme, EqualWaves | BothAsWaves):
             return None
         if not self.case.plan.settles:
             return None
@@ -194,11 +195,11 @@ class March:
             return None
         first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
         self._look_after(max(first if scene.is_loaded else 1, self.let_go + 1))
-        coast: FreeDecay | FreePoints
+        coast: WaveDecay | FreePoints
         if isinstance(scheme, BothAsWaves):
             coast = FreePoints(scheme.reads, scheme.arrays)
         else:
-            coast = FreeDecay(scheme)
+            coast = WaveDecay(scheme.free())
         return coast if coast.possible else None
 
     def _watch(self) -> None:

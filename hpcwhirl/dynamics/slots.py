@@ -284,6 +284,45 @@ def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
     return _Ring(items, row, slot, column, turns.astype(float), modes, place)
 
 
+def rotor_table(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
+    """Return coefficients of a rotor's modes by slot, without friction, not flat.
+
+    step, flies : dt, s; whether the scheme is `exact`, else central differences
+
+    Returns
+    -------
+    items : (ITEMS, rows, k), see `kernels.passes`
+    hub : (2, rows, 2, k), x_o and y_o for unit re and im of the amplitudes
+    """
+    items, hub = _rotor(model, step, flies=flies)
+    return items[:, :, 0], hub.reshape(2, len(items[0]), 2, -1)
+
+
+def ring_table(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
+    """Return coefficients of a ring's modes by slot, at speed 0 without friction.
+
+    step, flies : dt, s; whether the scheme is `exact`, else central differences
+
+    Returns
+    -------
+    items : (ITEMS, rows, k), see `kernels.passes`
+    turns : (rows, k), turns of the amplitude per revolution, signed
+    """
+    ring = _ring(_round(model), step, flies=flies)
+    turns = np.zeros(ring.items[0].shape)
+    turns[ring.row, ring.slot] = ring.turns
+    return ring.items, turns
+
+
+def lobe_table(model: Model, scene: Scene) -> Floats:
+    """Return the modal forces of a unit force on the pulse's lobes, (rows, k)."""
+    force = _lobes(
+        _round(model), scene.solver.time_step, scene.nodal_diameter, scene.direction,
+        flies=scene.solver.flies,
+    )  # fmt: skip
+    return force.reshape(-1, widths(model.blades)[0])
+
+
 @lru_cache(maxsize=MOST_KEPT)
 def _lobes(
     given: _Round, step: float, diameter: int, direction: str, *, flies: bool

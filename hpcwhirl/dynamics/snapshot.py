@@ -24,7 +24,7 @@ from hpcwhirl.case.profile import NEVER, told_of_release
 from hpcwhirl.case.speed import laws_of
 from hpcwhirl.dynamics.kernel_cache import DIGEST
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.wave_types import Flight
+from hpcwhirl.dynamics.kernels.wave_types import Flight, SlotFlight
 from hpcwhirl.dynamics.march import March
 
 Arrays = dict[str, NDArray[Any]]
@@ -59,7 +59,7 @@ def _feed(digest: Any, part: Any) -> None:
     digest : hash object, which is updated
     part : array, number, or tuple of such parts; a `Flight` without the run's length
     """
-    if isinstance(part, Flight):
+    if isinstance(part, Flight | SlotFlight):
         part = part._replace(total=0)
     if isinstance(part, tuple):
         for item in part:

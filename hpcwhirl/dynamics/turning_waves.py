@@ -40,6 +40,7 @@ from hpcwhirl.reduction.modes import SpinBlock
 from hpcwhirl.reduction.waves import diameter_matrices
 from hpcwhirl.scene import Scene
 
+BOOKED = 1e-8  # relative difference of work and energy that counts as none
 WORST = 1e6  # condition number of scaled waves beyond which they are no basis
 
 
@@ -243,6 +244,20 @@ class Flow(_Diameter):
 
 
 Diameter = Differences | Flow
+
+
+def books(own: Diameter, mu: float) -> bool:
+    """Return whether contact adds to energy and loss what its forces work.
+
+    That is so unless round-off has spoiled the waves. The work in a step is half the
+    product of the forces and the motion of the material over two steps.
+
+    own, mu : waves of a nodal diameter; friction with the sign of Omega
+    """
+    row, _ = own.work(mu)
+    told = (own.radial + mu * own.along) @ own.passing() / 2
+    miss = np.abs(row - told).max(initial=0.0)
+    return bool(miss <= BOOKED * np.abs(told).max(initial=0.0))
 
 
 def _hermitian(matrix: Complexes) -> Complexes:

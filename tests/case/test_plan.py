@@ -17,7 +17,6 @@ from hpcwhirl.dynamics.free_modes import roots_of
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
-from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import ModelError
@@ -228,13 +227,8 @@ CLOSED = [
 
 def state_of(march):
     """Return the parts of a march's state that have a scale of their own."""
-    rotor = march.state.rotor
-    if isinstance(march.scheme.arrays.rotor, WaveRotor):  # and spectra of three steps
-        width = 2 * widths(march.model.blades)[0]
-        own = np.split(rotor, len(rotor) - width * np.array([3, 2, 1]))
-    else:
-        own = np.split(rotor, 3)
-    return [*own, *np.split(march.state.ring, 3)]
+    rotor, width = march.state.rotor, 2 * widths(march.model.blades)[0]
+    return np.split(rotor, len(rotor) - width * np.array([3, 2, 1]))
 
 
 @pytest.mark.parametrize("settings", CLOSED, ids=str)

@@ -22,13 +22,13 @@ from hpcwhirl.benchmark.bench import fma_peak
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import bench
 from hpcwhirl.dynamics import kernel_cache
-from hpcwhirl.dynamics.kernels import compiler, cyclic, passes
+from hpcwhirl.dynamics.kernels import compiler, cyclic, passes, points
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.scene.schemes import NAMES
 
-MARCHES = {"modal": cyclic.march_differences, "exact": cyclic.march_flow}
+MARCHES = {"modal": points.march_points, "exact": points.march_points}
 PRETEND = """
 import os, pathlib, sys
 cache = pathlib.Path(os.environ["NUMBA_CACHE_DIR"])

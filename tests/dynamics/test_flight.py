@@ -7,13 +7,14 @@ from alike import assert_alike, assert_same_in_parts
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case.profile import departure, shape_of
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics import flights
-from hpcwhirl.dynamics.kernels import contact, flight, passes, waves
+from hpcwhirl.dynamics import slot_waves
+from hpcwhirl.dynamics.kernels import contact, flight, slot_flights
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
+from hpcwhirl.dynamics.kernels.slot_steps import slot_space
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.schemes import equal_sectors
+from hpcwhirl.dynamics.slots import blade_waves
 from hpcwhirl.dynamics.timestep import central_differences, exact_flow
-from hpcwhirl.dynamics.turning_waves import unpacked
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
 
@@ -75,96 +76,30 @@ def test_the_flow_is_central_differences_as_the_step_goes_to_zero():
         assert gaps[0] / gaps[2] == pytest.approx(16.0, rel=0.1)
 
 
-def items_of(march):
-    """Return the items of rotor and ring, (ITEMS, size) each."""
-    rotor, casing = march.scheme.arrays.rotor, march.scheme.arrays.casing
-    ring = passes.unpacked(casing.items)
-    if isinstance(rotor, WaveRotor):
-        return [unpacked(rotor.items, waves.FLOW_ITEMS), ring]
-    return [passes.unpacked(rotor.items), ring]
-
-
-def spread(rng, parts, size, share):
-    """Return random numbers over ten decades, a share of them not 0."""
-    out = 10.0 ** rng.uniform(-6, 0) * rng.normal(size=(parts, size))
-    out *= 10.0 ** rng.uniform(-4, 0, size=(parts, size))
-    return out * (rng.random((parts, size)) < share)
-
-
-def random_modes(state, item, parts, rng, share):
-    """Set a random free motion of a share of the modes; parts : 2 for the ring."""
-    state[:] = 0.0
-    size = item.shape[1]
-    speed, held = spread(rng, parts, size, share), item[passes.OMEGA] > 0
-    place = speed * rng.normal(size=(parts, size))
-    place = np.divide(place, item[passes.OMEGA], out=np.zeros_like(place), where=held)
-    of_d = np.where(held, item[passes.SPEED_D], 1.0)
-    d = (speed - item[passes.SPEED_Q] * place) / of_d * held
-    state[: parts * size] = place.ravel()
-    state[parts * size : 2 * parts * size] = d.ravel()
-
-
-def random_waves(state, items, k, rng, share):
-    """Set a random free motion of a share of the waves."""
-    parts = spread(rng, 2, items.shape[1], share) * (items[waves.AHEAD_IM] != 0)
-    rate = np.abs(items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM])
-    parts = np.divide(parts, 1e6 * rate, out=np.zeros_like(parts), where=rate > 0)
-    state[: parts.size] = parts.reshape(2, -1, k).transpose(1, 0, 2).ravel()
+def spread(rng, size, share):
+    """Return random complex numbers over six decades, a share of them not 0."""
+    out = 10.0 ** rng.uniform(-6, 0, size=size) * rng.normal(size=(2, size))
+    return (out[0] + 1j * out[1]) * (rng.random(size) < share)
 
 
 def random_state(march, rng, share=1.0):
-    """Put a random free motion of a share of all modes into a march."""
-    rotor, ring = items_of(march)
-    if isinstance(march.scheme.arrays.rotor, WaveRotor):
-        k, _ = widths(march.model.blades)
-        random_waves(march.state.rotor, rotor, k, rng, share)
-    else:
-        random_modes(march.state.rotor, rotor, 1, rng, share)
-    random_modes(march.state.ring, ring, 2, rng, share)
-
-
-def folded(march, of_rotor, q_ring):
-    """Return the N gaps of a rotor's spectrum and the ring's amplitudes, m.
-
-    The ring's are in the rotating frame.
-    """
-    blades = march.model.blades
-    k, _ = widths(blades)
-    ring = items_of(march)[1][passes.RADIAL] * q_ring.reshape(2, -1)
-    ring = ring.reshape(2, -1, k).sum(axis=1)
-    turns = march.scheme.arrays.contact.turns.reshape(blades, 2 * k)
-    return march.scene.gap + turns @ (of_rotor + ring.ravel())
-
-
-def flown_modes(state, item, steps, step, parts):
-    """Return the places (parts, size) that modes have `steps` after a state."""
-    table, size = flights._jump(item, steps, step), item.shape[1]
-    q = state[: parts * size].reshape(parts, size)
-    d = state[parts * size : 2 * parts * size].reshape(parts, size)
-    q = table[flight.QQ] * q + table[flight.QD] * d
-    if parts == 2:
-        turn = table[flight.TURNED_RE] + 1j * table[flight.TURNED_IM]
-        turned = (q[0] + 1j * q[1]) * turn
-        q = np.array([turned.real, turned.imag])
-    return q
+    """Put a random free motion of a share of all waves, as fast ones, into a march."""
+    free = march.scheme.free()
+    rate = np.abs(free.ahead)
+    a = 1e-6 * spread(rng, len(rate), share)
+    free.write(march.state, np.divide(a, rate, out=0 * a, where=rate > 1e-12))
 
 
 def flown(march, steps):
     """Return the gaps `steps` (any real number) after the state of a march, m."""
-    step, (rotor, ring) = march.scene.solver.time_step, items_of(march)
-    k, _ = widths(march.model.blades)
-    if isinstance(march.scheme.arrays.rotor, WaveRotor):
-        parts = march.state.rotor.reshape(-1, 2, k)
-        a = (parts[:, 0] + 1j * parts[:, 1]).ravel()
-        ahead = rotor[waves.AHEAD_RE] + 1j * rotor[waves.AHEAD_IM]
-        a = rotor[waves.RADIAL] * a * (1 + ahead) ** steps
-        spectrum = a.reshape(-1, k).sum(axis=0)
-        of_rotor = np.concatenate([spectrum.real, spectrum.imag])
-    else:
-        q = flown_modes(march.state.rotor, rotor, steps, step, 1)
-        of_rotor = (rotor[passes.RADIAL] * q).reshape(-1, 2 * k).sum(axis=0)
-    q_ring = flown_modes(march.state.ring, ring, steps, step, 2)
-    gaps = folded(march, of_rotor, q_ring.ravel())
+    step, scheme, free = (
+        march.scene.solver.time_step, march.scheme, march.scheme.free(),
+    )  # fmt: skip
+    a = free.read(march.state) * np.exp(steps * np.log1p(free.ahead))
+    row, slot = np.nonzero(scheme.ring.there)
+    ring = scheme.ring.radial[row, slot] * a[len(a) - len(row) :]
+    gaps = march.scene.gap - (free.radial @ a).real
+    gaps += (blade_waves(march.model.blades)[:, slot] @ ring).real
     turned = march.scene.speed * steps * step
     places = turned + 2 * np.pi * np.arange(len(gaps)) / len(gaps)
     return gaps + departure(shape_of(march.scene), places)
@@ -218,18 +153,11 @@ def test_flights_change_nothing_but_the_work(given):
 
 
 def bounds_of(march):
-    """Return (second derivative, reach) that bound rotor and ring, (2, 2)."""
-    (_, rotor, casing, touching), state = march.scheme.arrays, march.state
-    k, _ = widths(march.model.blades)
-    rows, rate = rotor.hub.shape[1] // (2 * k), np.zeros(2 * k)
-    ring_rows = len(state.ring) // passes.RING_STATE // k
-    of_rotor = flight.bound_rotor.kinds[type(rotor)](
-        rotor, state.rotor, touching.flight.bounds_b, rows, k, state.counter, rate
+    """Return (second derivative, reach) that bound all gaps."""
+    rate = np.zeros(2 * widths(march.model.blades)[0])
+    return slot_flights.bound_slots(
+        march.scheme.arrays.rotor.rows, march.state.rotor, rate
     )
-    return of_rotor, flight.bound_ring(
-        state.ring, casing.items, touching.flight.bounds_c, ring_rows, k,
-        state.counter, rate,
-    )  # fmt: skip
 
 
 @pytest.mark.parametrize("rotation", ROTATIONS)
@@ -238,29 +166,26 @@ def test_reach_bounds_all_later_displacements(rotation):
     rng, gap, used = np.random.default_rng(3), march.scene.gap, []
     for _ in range(200):
         random_state(march, rng, share=0.01)
-        (_, rotor), (_, ring) = bounds_of(march)
-        if rotor + ring == 0.0:
+        _, reach = bounds_of(march)
+        if reach == 0.0:
             continue
         later = np.r_[0, 10.0 ** rng.uniform(0, 4, size=8)]
         lowest = min(flown(march, steps).min() for steps in later)
-        used.append((gap - lowest) / (rotor + ring))
+        used.append((gap - lowest) / reach)
     assert max(used) < 1 + 1e-9
     assert max(used) > 0.9  # and not far too careful
 
 
 def looked_ahead(march):
     """Return the steps that a march takes for free, from its state as the first."""
-    blades, (_, rotor, casing, touching) = march.model.blades, march.scheme.arrays
-    k, wide = widths(blades)
-    ring_rows = len(march.state.ring) // passes.RING_STATE // k
+    blades, (_, wide) = march.model.blades, widths(march.model.blades)
     fold = [j if j < wide else (blades - (j - wide)) % blades for j in range(2 * wide)]
     march.counter[:] = 0
     march.counter[[contact.LAST, contact.CERTIFIED]] = -1
     march.state.gaps[: 2 * wide] = flown(march, 0.0)[fold]
-    return 1 + flight.look_ahead(
-        march.scene.solver.time_step, march.speed, march.wall, rotor, casing.items,
-        touching.wave, touching.flight, march.state, np.zeros(2 * k),
-        np.zeros(2 * wide), rotor.hub.shape[1] // (2 * k), ring_rows, k, wide,
+    return 1 + slot_flights.steps_ahead(
+        march.scheme.arrays.rotor.rows, march.wall, march.scene.solver.time_step,
+        march.speed, march.state, slot_space(march.scheme.arrays, march.state),
     )  # fmt: skip
 
 
@@ -289,7 +214,6 @@ def test_no_blade_touches_within_a_jump(rotation, speed, profile):
             continue
         used = rng.uniform(0.1, 0.95) * gap / nearest
         march.state.rotor[:] *= used  # the nearest blade uses up part of the gap
-        march.state.ring[:] *= used
         if flown(march, 0.0).min() <= 0.0:  # of a shape beside the motion
             continue
         steps = looked_ahead(march)
@@ -330,7 +254,6 @@ def test_after_a_certificate_no_blade_ever_touches(rotation):
     "settings",
     [
         {"engine.casing.damping": 0.0},
-        {"engine.casing.support_frequency": 0.0},
         {"engine.rotor.damping": 0.0, "rotation": "full"},
         {"speed": 1000.0, "rotation": "full"},  # ground resonance: a wave grows
     ],
@@ -365,10 +288,11 @@ def test_flights_between_two_cuts_of_a_run_give_the_same_bits(rotation):
         {"discretization": "elements"},
         {"blades": 2, "modes": 10},
         {"engine.rotor.damping": 1.0},
+        {"engine.casing.support_frequency": 0.0},
     ],
 )
 def test_exact_says_what_it_cannot_do(settings):
-    with pytest.raises(InputError, match="scheme exact needs"):
+    with pytest.raises(InputError, match="scheme exact"):
         March(resolve(scene(**settings)))
 
 
@@ -380,9 +304,7 @@ def test_bounds_hold_where_the_squares_of_amplitudes_are_denormal(tiny, rotation
     march, _ = ended(duration=2e-4, rotation=rotation)
     chance = np.random.default_rng(1)
     for _ in range(50):
-        for body in (march.state.rotor, march.state.ring):
-            body[:] = tiny * chance.normal(size=len(body))
-            body[len(body) // 3 :] *= 0.01  # increments
+        march.state.rotor[:] = tiny * chance.normal(size=len(march.state.rotor))
         for bound in np.ravel(bounds_of(march)):
             assert 0.0 <= bound < 1e-100
 
@@ -398,18 +320,14 @@ def test_what_is_not_known_is_not_jumped_over():
 @pytest.mark.parametrize("rotation", ROTATIONS)
 def test_a_jump_that_passes_over_a_contact_is_no_result(monkeypatch, rotation):
     # bounds a thousand times too small: blades are found beyond the casing
-    def short(bound, kinds):
-        def less(*given):
-            out = bound(*given)
-            out[kinds] *= 1e-3
-            return out
+    found = slot_waves.flight_of
 
-        return less
+    def short(*given):
+        jumps, bounds, dies = found(*given)
+        bounds.reshape(-1, 4, 4)[:, 2] *= 1e-3
+        return jumps, bounds, dies
 
-    kinds = [flight.RISE, flight.RISE_HELD]
-    monkeypatch.setattr(flights, "_bound", short(flights._bound, kinds))
-    of_waves = short(flights._bound_waves, [waves.RISE])
-    monkeypatch.setattr(flights, "_bound_waves", of_waves)
+    monkeypatch.setattr(equal_sectors, "flight_of", short)
     march, history = ended(duration=20e-3, interval=1e-3, rotation=rotation)
     row = result_of(march.case, history).row
     assert row["gap_error"] > 1e-3

@@ -5,10 +5,10 @@ import pytest
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics import slots
-from hpcwhirl.dynamics.kernels import contact, cyclic, passes
-from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.scene import Scene, apply_settings, named_scene
+from hpcwhirl.dynamics.schemes import equal_sectors
+from hpcwhirl.scene import Scene, apply_settings
 
 
 def drawn(friction, speed, scheme):
@@ -25,9 +25,12 @@ def bits(value):
 
 
 def forget():
-    names = "_rubbed", "_rubbed_ring", "_packed_ring", "_lobes", "_ring_column"
-    for name in names:
-        getattr(slots, name).cache_clear()
+    for module, names in (
+        (slots, ("_lobes", "_rotor", "_ring")),
+        (equal_sectors, ("_ring_waves", "_ring_pairs", "_rotor_pairs", "_laid_pairs")),
+    ):
+        for name in names:
+            getattr(module, name).cache_clear()
 
 
 @pytest.mark.parametrize("scheme", ["modal", "exact"])
@@ -51,23 +54,3 @@ def test_a_march_writes_nothing_that_cases_share(scheme):
     assert march.counter[contact.TOUCHDOWNS] > 0
     assert bits(march.scheme.arrays) == before
     assert bits(drawn(0.1, 410.0, scheme).scheme.arrays) == before
-
-
-@pytest.mark.parametrize("scheme", ["modal", "exact"])
-def test_slots_without_a_mode_are_passed_over(scheme, monkeypatch):
-    # 13 harmonics on 22 blades: of four rows of slots, two hold one harmonic each
-    settings = {"scheme": scheme, "duration": 4e-3, "harmonics": 13, "gap": 5e-5}
-    scene = apply_settings(named_scene("table2"), settings)
-    march = March(resolve(scene))
-    k, _ = widths(22)
-    rows = len(march.state.ring) // (passes.RING_STATE * k)
-    filled = passes.filled_rows(march.scheme.arrays.casing.items, k)
-    assert filled.min() < filled.max() == rows
-    march.advance(march.total)
-    every = lambda _, k: np.full(k // 4, rows)  # noqa: E731
-    monkeypatch.setattr(cyclic, "filled_rows", every)
-    whole = March(resolve(scene))
-    whole.advance(march.total)
-    assert march.counter[contact.TOUCHED] > 0
-    for one, other in zip(march.state, whole.state, strict=True):
-        np.testing.assert_array_equal(one, other)

@@ -8,16 +8,16 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.free_decay import FreeDecay
+from hpcwhirl.dynamics.free_motion import WaveDecay
 from hpcwhirl.dynamics.history import LEDGER_TERMS
 from hpcwhirl.dynamics.kernels import keep_inverse
+from hpcwhirl.dynamics.kernels.bounded import points_space
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.contact import LAST
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
-from hpcwhirl.dynamics.kernels.points import points_space
-from hpcwhirl.dynamics.kernels.wave_types import PointsRotor, WaveRotor
+from hpcwhirl.dynamics.kernels.wave_types import PointsRotor, SlotRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.motion import Motion, gaps_of
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
@@ -117,7 +117,7 @@ CRITICAL = {"suspension_damping": -1.0, "speed": 0.0}  # with damping of 1
 def test_waves_move_and_are_booked_as_the_modes_that_they_are_made_of(name):
     given = {"duration": 6e-3, "traces": "blades", **(CASES | WHOLE)[name]}
     marches = [march_of(scheme=s, **given) for s in ("modal", "general")]
-    kind = PointsRotor if name in WHOLE else WaveRotor
+    kind = PointsRotor if name in WHOLE else SlotRotor
     assert isinstance(marches[0].scheme.arrays.rotor, kind)
     waves, modes = [march.run() for march in marches]
     assert waves.contacts == modes.contacts > 0
@@ -199,7 +199,7 @@ def test_what_waves_lose_is_what_damping_and_supports_take(scheme):
 def test_modal_hands_over_what_is_not_told_apart(given):
     found = [march_of(scheme=s, duration=2e-3, **given) for s in ("modal", "general")]
     arrays = [march.scheme.arrays for march in found]
-    assert not isinstance(arrays[0].rotor, WaveRotor | PointsRotor)
+    assert not isinstance(arrays[0].rotor, SlotRotor | PointsRotor)
     assert type(arrays[0].rotor) is type(arrays[1].rotor)
 
 
@@ -207,11 +207,11 @@ def test_modal_hands_over_what_is_not_told_apart(given):
 def test_the_bound_of_the_certificate_is_reached_by_a_single_wave(wave):
     # and it bounds every later gap; wave: nodal diameter, place among its waves
     march = march_of(scheme="modal", gap=1.0, force=0.0, speed=300.0, duration=0.05)
-    coast = FreeDecay(march.scheme)
+    coast = WaveDecay(march.scheme.free())
     own = diameters_of(march.model, march.scene)[wave[0]]
-    slots, wide = widths(5)
+    _, wide = widths(5)
     chosen = np.argsort(np.abs(own.ahead))[wave[1]]
-    march.state.rotor.reshape(-1, 2, slots)[chosen, 0, own.k] = 1e-6
+    march.state.rotor[march.scheme.at.rotor_at(chosen, own.k)] = 1e-6
     bound = coast.bound(march.state)[0].sum()
     places, most = [place_of(j, 5, wide) for j in range(5)], 0.0
     for _ in range(6000):
@@ -226,7 +226,7 @@ def test_no_certificate_of_a_rotor_whose_free_motion_grows():
     beyond = {"speed": 900.0, "damping": 0.02, "engine.rotor.suspension_damping": 0.02}
     march = march_of(scheme="modal", gap=1.0, duration=0.05, **beyond)
     assert largest_growth(march.model.rotor, 5, 900.0) > 0.0
-    assert not FreeDecay(march.scheme).possible
+    assert not WaveDecay(march.scheme.free()).possible
     assert march.coast is None
 
 
@@ -242,7 +242,7 @@ def test_waves_of_the_whole_are_those_of_all_diameters(monkeypatch, unbalance):
     given = {"blades": 22, "modes": 110, "unbalance": unbalance, "gap": 6e-5}
     given |= {"scheme": "modal", "duration": 6e-3}
     parts = march_of(**given)
-    monkeypatch.setattr(modal, "waves_apart", lambda *_: None)
+    monkeypatch.setattr(modal, "equal_sectors", lambda *_: None)
     whole = march_of(**given)
     assert isinstance(whole.scheme.arrays.rotor, PointsRotor)
     one, other = whole.run(), parts.run()

@@ -14,7 +14,7 @@ from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, PointsRotor
+from hpcwhirl.dynamics.kernels.wave_types import PointsRotor, SlotRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.errors import InputError, MissingFileError, ModelError
@@ -107,7 +107,7 @@ def test_only_a_tuned_rotor_takes_the_cyclic_kernel(exported):
     tuned = small(scheme="modal")
     again, other = small(exported, scheme="modal"), small(mistuning=[0.0] * 6)
     for equal in (tuned, apply_settings(again, {"scheme": "modal"})):
-        assert isinstance(rotor_of(equal), CyclicRotor)
+        assert isinstance(rotor_of(equal), SlotRotor)
     other = apply_settings(other, {"scheme": "modal"})
     assert isinstance(rotor_of(other), PointsRotor)
 

@@ -388,6 +388,8 @@ class PointsSpace(NamedTuple):
     casing : (c,), amplitudes of the c modes of the casing, rotating frame
     ledger : copy of the ledger with all works entered, J
     centre : (n,), the n amplitudes that the supports' force changes, before it acts
+    bounds : (4,), m, bound of any point's motion in a step; 1 before any is known; N,
+        the supports' force on the centre, x and y
     """
 
     spare: Floats
@@ -401,3 +403,161 @@ class PointsSpace(NamedTuple):
     casing: Floats
     ledger: Floats
     centre: Floats
+    bounds: Floats
+
+
+class SlotRows(NamedTuple):
+    """Coefficients of equal sectors' waves by slot, packed in groups of four slots.
+
+    Slots are nodal diameters, k, padded; G = k / 4 groups. A group has as many rows as
+    its slot with most waves: first those of the rotor, then those of the casing. The
+    items of rows and groups are named in `slots`.
+
+    Attributes
+    ----------
+    free, pushed : items of all rows of a step without contact, and of one with contact
+    fixed : items of each group
+    along : (2, 4) a row of the rotor: -1 times the tangential displacement of the tip
+        for unit amplitude, re, then im
+    energy : (e, 2, 4) flat, J, coefficients c of the products conj(a) c a' in energy
+    rotor, ring : (G,), numbers of rows of rotor and casing
+    pairs : (e, 2) flat, indices of re of the amplitudes a and a' of four slots each
+    split : number of products of the rotor, which come first
+    turns, wave : tables of cos and sin between blades and slots, as in `CyclicContact`
+    """
+
+    free: Floats
+    pushed: Floats
+    fixed: Floats
+    along: Floats
+    energy: Floats
+    rotor: Integers
+    ring: Integers
+    pairs: Integers
+    split: int
+    turns: Floats
+    wave: Floats
+
+
+class SlotFlight(NamedTuple):
+    """Coefficients of the exact scheme's jumps over steps without contact.
+
+    See `flights_of_slots`; there are R rows of waves in all groups.
+
+    Attributes
+    ----------
+    total : number of steps of the run
+    certifiable : whether it can be proved that contact never recurs (the certificate)
+    counts : (P,), number of steps of each of P tabulated jumps; the last one is the
+        number between rows of evidence
+    jumps : (P, R, 2, 4) flat, z^n of these jumps, re and im
+    bounds : (R, 4, 4) flat, for unit amplitude: rate of the gap, re and im; bounds of
+        its second derivative; of the gap
+    """
+
+    total: int
+    certifiable: bool
+    counts: Integers
+    jumps: Floats
+    bounds: Floats
+
+
+class FlowRows(NamedTuple):
+    """Coefficients of equal sectors' waves by slot, for steps of the exact flow.
+
+    Attributes are those of `SlotRows`; `flight` has those of jumps.
+    """
+
+    free: Floats
+    pushed: Floats
+    fixed: Floats
+    along: Floats
+    energy: Floats
+    rotor: Integers
+    ring: Integers
+    pairs: Integers
+    split: int
+    turns: Floats
+    wave: Floats
+    flight: SlotFlight
+
+
+class SlotPulse(NamedTuple):
+    """The pulse on the casing, by p waves of one slot.
+
+    at : (p,), indices of re of the waves' amplitudes; im follow four further
+    push, move : (p, 2), re and im: change of the amplitude by a unit force; motion over
+        two steps on which it does work, for unit amplitude
+    numbers : (9,): change of the gap by a unit force; motion by a unit force; re and im
+        of that by a unit spectrum of the multipliers; by a unit force, the motion of
+        the gap beyond that of free waves, and re and im of that along the casing, and
+        in the exact flow of the rate in passing
+    slot, sign : slot; -1 if it has the conjugate of the pulse's harmonic, else 1
+    """
+
+    at: Integers
+    push: Floats
+    move: Floats
+    numbers: Floats
+    slot: int
+    sign: float
+
+
+class SlotRotor(NamedTuple):
+    """Coefficients of rotor and casing of equal sectors, see `slots`.
+
+    rows, pulse : `SlotRows` or `FlowRows`; `SlotPulse`
+    centre, hub : (h,), (2, h, 2): indices of the waves that move the centre, and x_o
+        and y_o for unit re and im of their amplitudes
+    modes : (c, 2), for each complex mode of the casing the indices of its two waves,
+        whose sum it is
+    """
+
+    rows: SlotRows | FlowRows
+    pulse: SlotPulse
+    centre: Integers
+    hub: Floats
+    modes: Integers
+
+
+class SlotContact(NamedTuple):
+    """Constants of the contact of equal sectors.
+
+    column : (N,), m/N, column 0 of the circulant Delassus matrix
+    """
+
+    column: Floats
+
+
+class SlotSpace(NamedTuple):
+    """Work space of the time loop for equal sectors; no part of a saved run.
+
+    spectrum, slip, radial, along : (2 k,), m, spectra of the gaps, of the motion along
+        the casing, and of the rotor's displacements
+    seen, skipped : see `skipped`
+    before : (N,), m, gaps of the blades in contact at step n - 1
+    solver : work space of the contact solver, `circulant`
+    out, again : (2 wide,), m, displacements or gaps in folded order
+    tips, casing : (N + 1, 2), m, displacements of tips, then x_o, y_o; (2 c,), re, then
+        im of the casing's modes
+    ledger : copy of the ledger with all works entered, J
+    kicked : (4,), of the last step with a pulse and contact: re and im, m, of the
+        motion along the casing by the pulse alone; number of the step; slot
+    aside : for the exact scheme, a state with copies of the arrays that a jump changes
+    """
+
+    spectrum: Floats
+    slip: Floats
+    radial: Floats
+    along: Floats
+    seen: Floats
+    skipped: Integers
+    before: Floats
+    solver: ConstantSpace
+    out: Floats
+    again: Floats
+    tips: Floats
+    casing: Floats
+    ledger: Floats
+    kicked: Floats
+    aside: CyclicState

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.schemes.by_sectors import (
-    cyclic_modes,
-    has_waves,
-    is_cyclic,
-    waves_apart,
-)
+from hpcwhirl.dynamics.schemes.by_sectors import has_waves, is_cyclic
+from hpcwhirl.dynamics.schemes.equal_sectors import equal_sectors
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
@@ -26,14 +22,12 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
         if the scheme cannot compute the rotor or casing, or two waves nearly coincide
     """
     _check(model)
-    if not has_waves(model):
-        return cyclic_modes(model, scene, beat)
-    march = waves_apart(model, scene, beat)
+    march = equal_sectors(model, scene, beat)
     if march is None:
         raise InputError(
-            "scheme exact cannot tell apart two waves of this rotor, which nearly "
-            f"coincide at its speed: scheme must be {either(STEPWISE)} here, "
-            "got 'exact'"
+            "scheme exact needs modes that oscillate, and waves that differ: here a "
+            "mode has no stiffness, or two waves of the rotor nearly coincide at its "
+            f"speed; scheme must be {either(STEPWISE)} here, got 'exact'"
         )
     return march
 

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.operators import wears
 from hpcwhirl.dynamics.schemes import general
-from hpcwhirl.dynamics.schemes.by_sectors import (
-    cyclic_modes,
-    is_cyclic,
-    waves_apart,
-)
+from hpcwhirl.dynamics.schemes.by_sectors import has_waves, is_cyclic
+from hpcwhirl.dynamics.schemes.equal_sectors import equal_sectors
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.schemes.several_points import points_apart
 from hpcwhirl.reduction.model import Model
@@ -18,8 +15,8 @@ from hpcwhirl.scene import Scene
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """Return the integrator of a scene by scheme `modal`, chosen by rotor and casing.
 
-    - Three or more equal sectors, in a rigid casing or a ring of harmonics: kernel
-      `cyclic`, with modes or, if rotation couples these, with waves.
+    - Three or more equal sectors, in a rigid casing or a ring of harmonics: waves of
+      both bodies by slot.
     - Other rotors in such a casing, tips with several contact points, and supports that
       differ by direction or have a film: waves of rotor and casing.
     - Two waves that nearly coincide, a mode that does not oscillate, a casing that
@@ -29,7 +26,8 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """
     if wears(scene):
         return general.build(model, scene, beat)
-    if model.rotor.points is None and is_cyclic(model):
-        return cyclic_modes(model, scene, beat)
-    one = None if model.rotor.points is not None else waves_apart(model, scene, beat)
+    equal = has_waves(model) or is_cyclic(model)
+    one = None
+    if equal and model.rotor.points is None:
+        one = equal_sectors(model, scene, beat)
     return one or points_apart(model, scene) or general.build(model, scene, beat)

@@ -11,14 +11,11 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, angle_at, law_of
 from hpcwhirl.case.unbalance import share_at_start, steady_at
 from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.bounded import energies_of_points, points_space
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
-from hpcwhirl.dynamics.kernels.points import (
-    energies_of_points,
-    march_points,
-    points_space,
-)
+from hpcwhirl.dynamics.kernels.points import march_points
 from hpcwhirl.dynamics.kernels.vectors import aligned_zeros
 from hpcwhirl.dynamics.kernels.whole import HELD
 from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes, lowering

@@ -1,0 +1,692 @@
+"""Integrator of equal sectors with one contact point a tip: waves of rotor and casing.
+
+All waves lie in slots, one for each nodal diameter, see `kernels.slots`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, cast
+
+import numpy as np
+
+from hpcwhirl.arrays import Complexes, Floats, Integers
+from hpcwhirl.case.limits import step_counts
+from hpcwhirl.case.speed import Interval, angle_at
+from hpcwhirl.case.unbalance import circle, share_at_start
+from hpcwhirl.dynamics.casing import ready_at
+from hpcwhirl.dynamics.flights import LONGEST, can_fly
+from hpcwhirl.dynamics.free_modes import flushed
+from hpcwhirl.dynamics.free_motion import FreeMotion
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Load
+from hpcwhirl.dynamics.kernels.points import march_points
+from hpcwhirl.dynamics.kernels.slot_steps import slot_space, works_of_slots
+from hpcwhirl.dynamics.kernels.slots import SEEN, energies_of_slots
+from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
+from hpcwhirl.dynamics.kernels.wave_types import (
+    FlowRows,
+    SlotContact,
+    SlotFlight,
+    SlotPulse,
+    SlotRotor,
+    SlotRows,
+)
+from hpcwhirl.dynamics.mode_waves import mode_waves
+from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes, lowering
+from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.schemes.integrator import (
+    Balance,
+    Integrator,
+    at_rest,
+    unfold,
+    with_space,
+)
+from hpcwhirl.dynamics.schemes.rotating_frame import nothing_booked, write_gaps
+from hpcwhirl.dynamics.slot_waves import (
+    PART,
+    SlotPlaces,
+    SlotWaves,
+    Steps,
+    differences,
+    exact_steps,
+    flight_of,
+    no_waves,
+    pairs_of_modes,
+    places_of,
+    slot_rows,
+    turned,
+)
+from hpcwhirl.dynamics.slots import (
+    MOST_RUBBED,
+    blade_waves,
+    fold,
+    lobe_table,
+    ring_amplitudes,
+    ring_modes,
+    ring_slots,
+    ring_table,
+    ring_turned,
+    rotor_amplitudes,
+    rotor_slots,
+    rotor_table,
+    transforms,
+)
+from hpcwhirl.dynamics.turning_waves import (
+    Circle,
+    Diameter,
+    books,
+    circle_of,
+    diameters_of,
+    is_basis,
+    modal_places,
+    modes_of,
+)
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+
+
+def equal_sectors(model: Model, scene: Scene, beat: int) -> Integrator | None:
+    """Return the integrator of equal sectors, or None.
+
+    None if two waves of a body nearly coincide: for a mode that does not oscillate, or
+    at a speed at which two waves of the rotor meet.
+
+    beat : number of time steps between two rows of evidence
+    """
+    diameters, mu = diameters_of(model, scene), friction_with_sign(scene)
+    if diameters and not (
+        is_basis(diameters) and all(books(own, mu) for own in diameters)
+    ):
+        return None
+    if not _oscillates(model, scene.solver.time_step, turns=bool(diameters)):
+        return None
+    return EqualWaves(model, scene, diameters, beat)
+
+
+@lru_cache(maxsize=MOST_RUBBED)
+def _oscillates(model: Model, step: float, *, turns: bool) -> bool:
+    """Return whether all modes that are integrated as pairs of waves oscillate.
+
+    turns : whether the rotor has terms of rotation, so that its waves are others
+    """
+    bodies = [model.casing, None if turns else model.rotor]
+    return all(mode_waves(body, step).is_basis for body in bodies if body is not None)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Conversion between a body's modes, complex by slot, and their pairs of waves.
+
+    waves : the waves, two rows for each row of modes
+    steps : how the first waves move
+    before : (modes rows, k), 1/z of these
+    """
+
+    waves: SlotWaves
+    steps: Steps
+    before: Complexes
+
+    def read(self, a: Complexes) -> tuple[Complexes, Complexes]:
+        """Return amplitudes and velocities of modes, (..., rows, k), from waves."""
+        one, two = a[..., 0::2, :], a[..., 1::2, :]
+        return one + two, self.steps.rates * one + self.steps.rates.conj() * two
+
+    def write(self, y: Complexes, rate: Complexes) -> tuple[Complexes, Complexes]:
+        """Return the waves of a motion, and the modes' amplitudes a step before."""
+        there = self.waves.there[0::2]
+        apart = np.where(there, 2j * self.steps.rates.imag, 1.0)
+        one = (rate - self.steps.rates.conj() * y) / apart * there
+        two = (self.steps.rates * y - rate) / apart * there
+        past = one * self.before + two * self.before.conj()
+        return np.stack([one, two], axis=1).reshape(-1, y.shape[-1]), past
+
+
+def _pairs(items: Floats, mu: float, step: float, *, flies: bool) -> Pairs:
+    steps = exact_steps(items, step) if flies else differences(items, step)
+    waves = pairs_of_modes(items, mu, steps)
+    return Pairs(waves, steps, 1 / (1 + steps.ahead))
+
+
+@lru_cache(maxsize=MOST_RUBBED)
+def _ring_waves(model: Model, step: float, mu: str, *, flies: bool) -> SlotWaves:
+    if model.casing is None:
+        return no_waves(widths(model.blades)[0])
+    return _ring_pairs(model, step, mu, flies=flies).waves
+
+
+@lru_cache(maxsize=MOST_RUBBED)
+def _ring_pairs(model: Model, step: float, mu: str, *, flies: bool) -> Pairs:
+    items = ring_table(model, step, flies=flies)[0]
+    return _pairs(items, float.fromhex(mu), step, flies=flies)
+
+
+@lru_cache(maxsize=MOST_RUBBED)
+def _rotor_pairs(model: Model, step: float, mu: str, *, flies: bool) -> Pairs:
+    items = rotor_table(model, step, flies=flies)[0]
+    return _pairs(items, float.fromhex(mu), step, flies=flies)
+
+
+def turning(
+    diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
+) -> SlotWaves:
+    """Return the waves of a rotor with terms of rotation, by slot.
+
+    diameters, slots : waves of each nodal diameter; number of slots, padded
+    mu, steady : friction with the sign of the speed; the circle of an unbalanced rotor,
+        which becomes the last row of waves, or None
+    """
+    rows = max(len(own.ahead) for own in diameters) + (steady is not None)
+    there = np.zeros((rows, slots), dtype=bool)
+    tables: Any = [np.zeros((rows, slots), dtype=complex) for _ in range(6)]
+    opens: Any = np.zeros(slots, dtype=complex)
+    near, slides = 0.0 * opens, 0.0 * opens
+    form = {(f, g): np.zeros(slots, dtype=complex) for f in range(rows)
+            for g in range(f, rows)}  # fmt: skip
+    for own in diameters:
+        k, count, shapes, moves = own.k, len(own.ahead), own.shapes, own.passing()
+        values = (
+            own.ahead, own.radial @ shapes, own.along @ shapes, own.pushed(mu),
+            own.along @ moves, own.radial @ moves,
+        )  # fmt: skip
+        there[:count, k] = True
+        for table, value in zip(tables, values, strict=True):
+            table[:count, k] = value
+        opens[k] = own.radial @ shapes @ own.pushed(mu)
+        near[k] = own.radial @ own.passed(mu)
+        slides[k] = own.along @ own.passed(mu)
+        upper = np.triu(own.energy) + np.triu(own.energy, 1)
+        for f in range(count):
+            for g in range(f, count):
+                form[f, g][k] = upper[f, g]
+    ahead, radial, along, push, slide, moved = tables
+    if steady is not None:
+        own, shape = diameters[1], steady.shape
+        there[-1, own.k] = True
+        radial[-1, own.k], along[-1, own.k] = own.radial @ shape, own.along @ shape
+    return SlotWaves(
+        there, ahead, radial.real.copy(), along, push, slide, moved, 0.0 * moved, opens,
+        near, slides, form,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Laid:
+    """Waves of both bodies as the kernel has them, the casing's at speed 0.
+
+    Attributes
+    ----------
+    rotor, ring : waves of rotor and casing
+    at, rows : their places among the state's amplitudes; packed coefficients
+    beside : row and slot of the casing's waves
+    column : (N,), m/N, column 0 of the Delassus matrix
+    modes : (c, 2), indices of the two waves of each of the casing's complex modes
+    """
+
+    rotor: SlotWaves
+    ring: SlotWaves
+    at: SlotPlaces
+    rows: SlotRows | FlowRows
+    beside: tuple[Integers, Integers]
+    column: Floats
+    modes: Integers
+
+
+NO_FLIGHT = SlotFlight(
+    0,
+    certifiable=False,
+    counts=np.zeros(0, np.int64),
+    jumps=np.zeros(0),
+    bounds=np.zeros(0),
+)
+
+
+def _laid(model: Model, rotor: SlotWaves, ring: SlotWaves, *, flies: bool) -> Laid:
+    at, flight = places_of(rotor, ring), NO_FLIGHT if flies else None
+    rows = slot_rows(rotor, ring, at, transforms(model.blades), flight)
+    symbol = (rotor.opens + ring.opens)[: model.blades // 2 + 1]
+    column = (blade_waves(model.blades) @ symbol).real.copy()
+    pairs = [
+        [at.ring_at(2 * mode.row + i, mode.slot) for i in range(2)]
+        for mode in ring_modes(model)
+    ]
+    modes = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    row, slot = np.nonzero(ring.there)
+    return Laid(rotor, ring, at, rows, (row, slot), column, modes)
+
+
+Hub = tuple[Integers, Floats]
+
+
+@lru_cache(maxsize=MOST_RUBBED)
+def _laid_pairs(model: Model, step: float, mu: str, *, flies: bool) -> tuple[Laid, Hub]:
+    """Return the waves of a rotor without terms of rotation, and those of its centre.
+
+    step, mu : dt, s; `float.hex` of the friction with the sign of the speed
+    flies : whether the scheme is `exact`, else central differences
+    """
+    rotor = _rotor_pairs(model, step, mu, flies=flies).waves
+    laid = _laid(model, rotor, _ring_waves(model, step, mu, flies=flies), flies=flies)
+    table = rotor_table(model, step, flies=flies)[1]
+    f, k = np.nonzero(np.abs(table).sum(axis=(0, 2)))
+    hub = np.repeat(table[:, f, :, k].swapaxes(0, 1), 2, axis=1)
+    at = np.stack([laid.at.rotor_at(2 * f + i, k) for i in range(2)], axis=1)
+    return laid, (at.ravel().astype(np.int64), np.ascontiguousarray(hub))
+
+
+def _laid_turning(
+    model: Model,
+    step: float,
+    mu: str,
+    diameters: list[Diameter],
+    steady: Circle | None,
+    *,
+    flies: bool,
+) -> tuple[Laid, Hub]:
+    """Return the waves of a rotor with terms of rotation, and those of its centre.
+
+    diameters, steady : its waves of each nodal diameter; circle of an unbalanced rotor
+    step, mu, flies : as for `_laid_pairs`
+    """
+    slots = widths(model.blades)[0]
+    rotor = turning(diameters, slots, float.fromhex(mu), steady)
+    laid = _laid(model, rotor, _ring_waves(model, step, mu, flies=flies), flies=flies)
+    return laid, _turning_hub(laid.at, diameters, steady)
+
+
+def _turning_hub(
+    at: SlotPlaces, diameters: list[Diameter], steady: Circle | None
+) -> Hub:
+    """Return the waves that move the centre, and x_o, y_o by them, with rotation."""
+    rows, values = list[tuple[int, int]](), list[complex]()
+    for own in diameters:
+        for f, z in enumerate(own.hub @ own.shapes):
+            rows.append((f, own.k))
+            values.append(complex(z))
+    if steady is not None:
+        rows.append((max(len(own.ahead) for own in diameters), 1))
+        values.append(complex(diameters[1].hub @ steady.shape))
+    z = np.array(values)
+    x, y = (np.stack(parts, -1) for parts in ((z.real, -z.imag), (-z.imag, -z.real)))
+    used = np.abs(z) > 0.0
+    index = np.array([at.rotor_at(*row) for row in rows], dtype=np.int64)
+    return index[used], np.ascontiguousarray(np.stack([x, y])[:, used])
+
+
+class EqualWaves(Integrator):
+    """Integrator of equal sectors as waves of rotor and casing, by slot.
+
+    diameters : the rotor's waves of each nodal diameter; none without terms of rotation
+
+    Attributes
+    ----------
+    rotor, ring : waves of rotor and casing
+    own, beside : conversion of motions of rotor and casing
+    at : where waves lie among the state's amplitudes
+    still : (n,), m, circle of an unbalanced rotor; None if balanced
+    """
+
+    def __init__(
+        self, model: Model, scene: Scene, diameters: list[Diameter], beat: int
+    ) -> None:
+        step, mu, flies = (
+            scene.solver.time_step, friction_with_sign(scene), scene.solver.flies,
+        )  # fmt: skip
+        slots, _ = widths(model.blades)
+        steady = circle_of(model, scene, diameters) if diameters else None
+        key = model, step, mu.hex()
+        self.diameters = diameters
+        self.own = None if diameters else _rotor_pairs(*key, flies=flies)
+        self.beside = _ring_pairs(*key, flies=flies) if model.casing else None
+        if diameters:
+            laid, hub = _laid_turning(*key, diameters, steady, flies=flies)
+        else:
+            laid, hub = _laid_pairs(*key, flies=flies)
+        self.laid, self.at, self.rotor, self.ring = laid, laid.at, laid.rotor, laid.ring
+        rows = self._own_rows(model, scene, beat)
+        body = SlotRotor(rows, self._pulse(model, scene), *hub, laid.modes)
+        loading = Load(scene.force, scene.pulse, np.zeros(0))
+        arrays = Arrays(loading, body, (), SlotContact(laid.column))
+        seen = 0 if flies else SEEN * 2 * slots
+        sizes = self.at.rows * PART + seen, 0, 2 * slots, 3 * slots
+        state = at_rest(model.blades, scene.gap, sizes)
+        super().__init__(model, scene, arrays, state)
+        march = cast(Any, march_points)
+        self.kernel = with_space(march, lambda: slot_space(arrays, state))
+        self.casing_width = 2 * len(body.modes)
+        self.still = circle(model, scene)
+        if flies:
+            state.counter[contact.NEXT_TRY] = ready_at(scene)
+        if steady is not None:
+            self._put_on_circle(steady)
+
+    def _own_rows(self, model: Model, scene: Scene, beat: int) -> SlotRows | FlowRows:
+        """Return a copy of the packed coefficients, for the speed of a scene."""
+        rows = self.laid.rows
+        free, pushed = all_aligned([rows.free, rows.pushed])
+        rows = rows._replace(free=free, pushed=pushed)
+        self._turn(model, scene, rows, scene.speed)
+        if isinstance(rows, FlowRows):
+            rows = rows._replace(flight=self._flight(scene, beat))
+        return rows
+
+    def _turn(
+        self, model: Model, scene: Scene, rows: SlotRows | FlowRows, speed: float
+    ) -> None:
+        """Set the casing's coefficients in `rows` to those of a speed, rad/s."""
+        if self.beside is None:
+            return
+        step, own = scene.solver.time_step, self.laid.beside
+        turns = ring_table(model, step, flies=scene.solver.flies)[1]
+        self.ring = turned(self.beside.waves, turns * speed, step)
+        _put(rows.free, self.at.free_at(*own), self.ring.ahead[own])
+        if isinstance(rows, FlowRows):
+            _put(rows.pushed, self.at.passing_at(*own), self.ring.passing[own])
+
+    def _flight(self, scene: Scene, beat: int) -> SlotFlight:
+        """Return the coefficients of jumps of the exact flow."""
+        counts = np.array([2**p for p in range(LONGEST + 1)] + [beat], dtype=np.int64)
+        total, _ = step_counts(scene)
+        jumps, bounds, dies = flight_of(
+            self.rotor, self.ring, self.at, scene.solver.time_step, counts
+        )
+        flat = all_aligned([jumps, bounds])
+        certifiable = can_fly(scene) and dies
+        return SlotFlight(total, certifiable, counts, *flat)
+
+    def _pulse(self, model: Model, scene: Scene) -> SlotPulse:
+        """Return the effect of the pulse on the casing's waves."""
+        slot, sign = fold(scene.nodal_diameter, model.blades)
+        none = np.zeros((0, 2))
+        if self.beside is None:
+            return SlotPulse(np.zeros(0, np.int64), none, none, np.zeros(9), slot, sign)
+        mu, force, steps = (
+            friction_with_sign(scene), lobe_table(model, scene), self.beside.steps,
+        )  # fmt: skip
+        f = np.flatnonzero(force[:, slot])
+        lobe, waves = force[f, slot], self.beside.waves
+        give, moved = steps.give[f, slot], steps.moved[f, slot]
+        radial, along = waves.radial[2 * f, slot], waves.along[2 * f, slot]
+        push, move = steps.gives[f, slot] * lobe, lobe * steps.moves[f, slot]
+        by_contact = complex((lobe * moved * (radial + mu * along.conj())).sum())
+        beyond = lobe * (moved - 2 * (steps.gives * steps.moves)[f, slot].real)
+        side = complex((along * beyond).sum())
+        rows = np.stack([2 * f, 2 * f + 1], axis=1).ravel()
+        both = np.stack([push, push.conj()], axis=1).ravel()
+        passed = complex(-(self.ring.passing[rows, slot] * both).sum())
+        numbers = np.array([
+            (radial * give * lobe).sum(), (lobe * moved * lobe).sum(), by_contact.real,
+            by_contact.imag, (radial * beyond).sum(), side.real, side.imag,
+            passed.real, passed.imag,
+        ])  # fmt: skip
+        at = np.stack([self.at.ring_at(2 * f + i, slot) for i in range(2)], axis=1)
+        return SlotPulse(
+            at.ravel().astype(np.int64), _two_parts(push), _two_parts(move), numbers,
+            slot, sign,
+        )  # fmt: skip
+
+    def _table(self, state: CyclicState, at: Any, body: SlotWaves) -> Any:
+        """Return the amplitudes of a body's waves, (rows, k), from a state."""
+        row, slot = np.nonzero(body.there)
+        index, out = at(row, slot), np.zeros(body.there.shape, dtype=complex)
+        out[row, slot] = state.rotor[index] + 1j * state.rotor[index + FOUR]
+        return out
+
+    def _lay(self, state: CyclicState, at: Any, body: SlotWaves, a: Complexes) -> None:
+        """Write the amplitudes of a body's waves, (rows, k), to a state."""
+        row, slot = np.nonzero(body.there)
+        index = at(row, slot)
+        state.rotor[index], state.rotor[index + FOUR] = (
+            a[row, slot].real,
+            a[row, slot].imag,
+        )
+
+    def _rotor_motion(self, state: CyclicState) -> tuple[Floats, Floats]:
+        """Return amplitudes and velocities of the rotor's modes at rest, (m,) each."""
+        a = self._table(state, self.at.rotor_at, self.rotor)
+        if self.own is not None:
+            y, v = self.own.read(a)
+            q, rate = (rotor_amplitudes(self.model, _flat(part)) for part in (y, v))
+            return q, rate
+        waves = [a[: len(own.ahead), own.k] for own in self.diameters]
+        pairs = list(zip(self.diameters, waves, strict=True))
+        return (
+            modal_places(self.model, self.diameters, [o.shapes @ w for o, w in pairs]),
+            modal_places(self.model, self.diameters, [o.rates @ w for o, w in pairs]),
+        )
+
+    def _ring_motion(self, state: CyclicState, steps: int) -> tuple[Floats, Floats]:
+        if self.beside is None:
+            return np.zeros(0), np.zeros(0)
+        a = self._table(state, self.at.ring_at, self.beside.waves)
+        both = np.stack([_apart(y) for y in self.beside.read(a)])
+        angle = float(angle_at(self.scene, steps, self.scene.solver.time_step))
+        q, rate = ring_amplitudes(self.model, both, np.array([angle, angle]))
+        return q, rate
+
+    def _set_rotor(self, state: CyclicState, q: Floats, rate: Floats) -> Floats:
+        """Write a motion of the rotor at time 0; return its modes a step earlier."""
+        if self.own is not None:
+            shape = self.rotor.rows // 2, 2, self.rotor.there.shape[1]
+            parts = (rotor_slots(self.model, x).reshape(shape) for x in (q, rate))
+            y, v = (x[:, 0] + 1j * x[:, 1] for x in parts)
+            a, past = self.own.write(y, v)
+            self._lay(state, self.at.rotor_at, self.rotor, a)
+            return rotor_amplitudes(self.model, _flat(past))
+        a, before = np.zeros(self.rotor.there.shape, dtype=complex), []
+        for own in self.diameters:
+            w = own.amplitudes(*(modes_of(self.model, own.k, x) for x in (q, rate)))
+            a[: len(w), own.k] = w
+            before.append(own.shapes @ (w * own.before))
+        there = self._table(state, self.at.rotor_at, self.rotor)
+        if self.still is not None:
+            a[-1] = there[-1]
+        self._lay(state, self.at.rotor_at, self.rotor, a)
+        return modal_places(self.model, self.diameters, before)
+
+    def set_seen(self, state: CyclicState) -> None:
+        """Set the rotor's spectra of the last steps from its amplitudes."""
+        a = self._table(state, self.at.rotor_at, self.rotor)
+        if self.scene.solver.flies:
+            return
+        k, step = a.shape[1], int(state.counter[contact.STEP])
+        seen = state.rotor[-SEEN * 2 * k :].reshape(SEEN, 2, k)
+        for back in range(SEEN):
+            spectrum = (self.rotor.radial * a).sum(axis=0)
+            seen[(step - back) % SEEN] = spectrum.real, spectrum.imag
+            a = a / (1 + self.rotor.ahead)
+
+    def balance(self, state: CyclicState) -> Balance:
+        """Return energies, losses and works in a state, which complete the ledger."""
+        rows, step = self.arrays.rotor.rows, self.scene.solver.time_step
+        energy = sum(energies_of_slots(rows, state.rotor))
+        rotation, impact, drag = works_of_slots(rows, state.sums_b, step)
+        drag = drag * friction_with_sign(self.scene)
+        loss = rotation - impact + drag + float(state.sums_c[0]) - energy
+        return Balance(energy, loss, rotation, drag, impact)
+
+    def motion(self, state: CyclicState, steps: int) -> Motion:
+        """Return displacements and velocities of rotor and casing in a given state.
+
+        steps : number of time steps taken so far, from which the angle of the rotor
+            follows
+        """
+        now = *self._rotor_motion(state), *self._ring_motion(state, steps)
+        return unfold(self.model, Amplitudes(*now), self.still)
+
+    def begin(self, motion: Motion) -> bool:
+        """Start from a given motion; return whether the state can represent it."""
+        model, scene, state = self.model, self.scene, self.state
+        now = amplitudes(model, motion)
+        if now is None:
+            return False
+        own = np.zeros(len(now.rotor))
+        if self.still is not None:
+            own = model.rotor.shapes.T @ (model.rotor.mass @ self.still)
+        nothing_booked(state, exact=scene.solver.flies)
+        before = self._set_rotor(state, now.rotor - own, now.rotor_rate)
+        casing = self._set_ring(state, now.casing, now.casing_rate)
+        self.set_seen(state)
+        then = now._replace(rotor=before + own, casing=casing)
+        write_gaps(state, model, scene, now, then)
+        energy = self.balance(state).energy
+        state.ledger[contact.PULSE] = state.sums_c[0] = energy
+        return True
+
+    def _set_ring(self, state: CyclicState, q: Floats, rate: Floats) -> Floats:
+        if self.beside is None:
+            return q
+        rows = self.beside.waves.rows // 2
+        parts = (ring_slots(self.model, x, rows) for x in (q, rate))
+        y, v = (
+            x.reshape(2, rows, -1)[0] + 1j * x.reshape(2, rows, -1)[1] for x in parts
+        )
+        a, past = self.beside.write(y, v)
+        self._lay(state, self.at.ring_at, self.beside.waves, a)
+        before: Floats = ring_amplitudes(self.model, _apart(past)[None], np.zeros(1))[0]
+        return before
+
+    def _put_on_circle(self, steady: Circle) -> None:
+        """Set the state so that an unbalanced rotor starts on its circle.
+
+        If the run must start on a smaller circle, the other waves begin with the
+        difference, at rest. Their energy is entered in the ledger as work of the
+        loading.
+        """
+        share, state, own = (
+            share_at_start(self.model, self.scene), self.state, self.diameters[1]
+        )  # fmt: skip
+        less = (share - 1.0) * steady.amplitude * steady.shape
+        a = np.zeros(self.rotor.there.shape, dtype=complex)
+        rest = own.amplitudes(less, 0.0 * less)
+        a[: len(rest), own.k], a[-1, own.k] = rest, steady.amplitude
+        self._lay(state, self.at.rotor_at, self.rotor, a)
+        self.set_seen(state)
+        if share < 1.0:
+            state.sums_c[0] = state.ledger[contact.PULSE] = self.balance(state).energy
+
+    def release(self, state: CyclicState, places: Floats, steps: int) -> None:
+        """Let go of a casing held in a shape: add the shape to a state's motion."""
+        body = self.model.casing
+        if body is None or self.beside is None:
+            raise TypeError(body)
+        q = lowering(body, self.model.shapes[1]) @ places
+        angle = float(angle_at(self.scene, steps, self.scene.solver.time_step))
+        other = state._replace(rotor=np.zeros_like(state.rotor))
+        self._set_ring(other, ring_turned(self.model, q, angle), np.zeros_like(q))
+        before = self.balance(state).energy
+        state.rotor[:] += other.rotor
+        state.sums_c[0] += self.balance(state).energy - before
+
+    def refresh(self, _: CyclicState | None, now: Interval) -> None:
+        """Change the casing's coefficients to those of a new speed.
+
+        now : interval that begins, in which the speed is taken as constant
+        """
+        rows = self.arrays.rotor.rows
+        self._turn(self.model, self.scene, rows, self.model.folds * now.turn)
+
+    def free(self) -> FreeMotion:
+        """Return the waves in free motion, for certificate and closed form."""
+        return FreeSlots(self).motion()
+
+    def _static(self, copies: Floats, stride: int) -> Floats:
+        if not len(copies):
+            return copies
+        steps = stride * np.arange(1.0, len(copies) + 1)
+        angles = np.asarray(angle_at(self.scene, steps, self.scene.solver.time_step))
+        modes, slots = ring_modes(self.model), widths(self.model.blades)[0]
+        rows = 1 + max(mode.row for mode in modes)
+        laid = np.zeros((len(copies), 2, rows, slots))
+        for c, mode in enumerate(modes):
+            laid[:, :, mode.row, mode.slot] = copies[:, 2 * c : 2 * c + 2]
+        return ring_amplitudes(self.model, laid.reshape(len(copies), -1), angles)
+
+
+class FreeSlots:
+    """The waves of equal sectors in free motion, in the order of the state.
+
+    Attributes
+    ----------
+    own, beside : (row, slot) of the waves of rotor and casing
+    index : (waves,), indices of re of the amplitudes, those of the rotor first
+    """
+
+    def __init__(self, scheme: EqualWaves) -> None:
+        self.scheme, self.rows = scheme, scheme.arrays.rotor.rows
+        self.own = np.nonzero(scheme.rotor.there)
+        self.beside = np.nonzero(scheme.ring.there)
+        at = scheme.at.rotor_at(*self.own), scheme.at.ring_at(*self.beside)
+        self.index = np.concatenate(at)
+
+    def motion(self) -> FreeMotion:
+        """Return what the waves move, and how they lie in a state."""
+        rotor, ring = self.scheme.rotor, self.scheme.ring
+        body, blades = self.scheme.arrays.rotor, self.scheme.model.blades
+        turned = blade_waves(blades)[:, self.own[1]]
+        none = np.zeros((blades, len(self.beside[0])))
+        radial, along = -rotor.radial[self.own], -rotor.along[self.own]
+        reach = np.abs(np.append(radial, ring.radial[self.beside]))
+        moved = np.append(np.hypot(np.abs(radial), np.abs(along)), none[0])
+        hub = np.zeros((2, len(self.index)), dtype=complex)
+        casing = np.zeros((len(body.modes), len(self.index)), dtype=complex)
+        place = {int(at): n for n, at in enumerate(self.index)}
+        for h, at in enumerate(body.centre):
+            hub[:, place[int(at)]] = body.hub[:, h, 0] - 1j * body.hub[:, h, 1]
+        for c, both in enumerate(body.modes):
+            casing[c, [place[int(at)] for at in both]] = 1.0
+        return FreeMotion(
+            self._joined(rotor.ahead, ring.ahead),
+            self._joined(rotor.push, ring.push)[None], reach[None], moved[None],
+            np.hstack([radial * turned, none]), np.hstack([along * turned, none]), hub,
+            casing, self.read, self.write, self.energies,
+        )  # fmt: skip
+
+    def _joined(self, own: Complexes, beside: Complexes) -> Complexes:
+        return np.append(own[self.own], beside[self.beside])
+
+    def read(self, state: CyclicState) -> Complexes:
+        """Return the amplitudes of all waves, (waves,), in a state."""
+        q = state.rotor
+        return np.asarray(q[self.index] + 1j * q[self.index + FOUR])
+
+    def write(self, state: CyclicState, a: Complexes) -> None:
+        """Set the amplitudes of all waves in a state, after free motion."""
+        state.rotor[self.index] = flushed(a.real)
+        state.rotor[self.index + FOUR] = flushed(a.imag)
+        self.scheme.set_seen(state)
+
+    def energies(self, a: Complexes) -> tuple[Floats, Floats]:
+        """Return the energies of rotor and casing, (n,) each, J; a : (n, waves)."""
+        rows, lanes = self.rows, np.arange(FOUR)
+        whole = np.zeros((len(a), self.scheme.at.rows * FOUR), dtype=complex)
+        whole[:, self.index // PART * FOUR + self.index % FOUR] = a
+        pairs = rows.pairs.reshape(-1, 2, 1) // PART * FOUR + lanes
+        parts = rows.energy.reshape(-1, 2, FOUR)
+        form = parts[:, 0] + 1j * parts[:, 1]
+        out = []
+        for part in (slice(0, rows.split), slice(rows.split, None)):
+            one, two = (whole[:, pairs[part, i]] for i in range(2))
+            out.append((one.conj() * form[part] * two).real.sum(axis=(1, 2)))
+        return out[0], out[1]
+
+
+def _put(table: Floats, at: Integers, values: Complexes) -> None:
+    """Write complex coefficients to a packed table; at : indices of re."""
+    table[at], table[at + FOUR] = values.real, values.imag
+
+
+def _two_parts(one: Complexes) -> Floats:
+    """Return re and im of coefficients of waves in pairs, and of their conjugates."""
+    both = np.stack([one, one.conj()], axis=1).ravel()
+    return np.column_stack([both.real, both.imag])
+
+
+def _flat(y: Complexes) -> Floats:
+    return np.stack([y.real, y.imag], axis=1).ravel()
+
+
+def _apart(y: Complexes) -> Floats:
+    return np.stack([y.real, y.imag]).ravel()
