@@ -9,22 +9,22 @@ slices of 10 ms; any division into slices gives the same bits. Amplitudes below 
 are set to zero, since denormals are slow. `kernels` contains all compiled code.
 
 - `paper` is Algorithm 1 on dense matrices, the reference for the other schemes.
-- `modal` integrates complex amplitudes, one for the two phases of a double mode, in
-  slots, one for each nodal diameter. Those of the ring are in the rotating frame, in
-  which no coefficient depends on the position of the blades: one real transform of N
-  points gives all gaps of both bodies, its conjugate all modal forces. It is used if
-  the rotor is cyclic, the ring has harmonics and N >= 3. For unequal sectors, and fewer
-  than three, for several contact points a tip, and for supports that differ by
-  direction or have a film, it integrates waves of both bodies (`kernels.points`). There
+- `modal` integrates waves of both bodies in the rotating frame, in which no coefficient
+  depends on the position of the blades: a step multiplies each complex amplitude by a
+  complex number (`kernels.points`). With three or more equal sectors, one contact point
+  a tip and a ring of harmonics, waves lie in slots, one for each nodal diameter
+  (`kernels.slots`): one real transform of N points gives all gaps of both bodies, its
+  conjugate all modal forces, and one pass a step reads and writes each amplitude once.
+  For unequal sectors, and fewer than three, for several contact points a tip, and for
+  supports that differ by direction or have a film, waves have rows of points. There
   a bound of the tips' motion in a step tells which tips must be computed, and a blade
   in contact costs only the products of its rows. What is special about a scene is a
   term of this loop: the circle of an unbalance is a wave that stays, a lost blade a gap
   that never closes, and the force of such supports acts on the waves that move the
-  centre. `general` serves all other models. For equal sectors a step reads and writes
-  each amplitude once: the contribution of contact, which is known only after all blades
-  are predicted, is stored as a spectrum until the next pass. Vector operations are
-  explicit, so that sums and products are rounded in the same way on every machine. The
-  active blades stay the same in 98 of 100 steps: the inverse of their part of the
+  centre. `general` serves all other models. In slots, the contribution of contact,
+  which is known only after all blades are predicted, is stored as a spectrum until the
+  next pass. Vector operations are explicit, so that sums and products are rounded in
+  the same way on every machine. The active blades stay the same in 98 of 100 steps: the inverse of their part of the
   Delassus matrix is kept, and for more than 24 blades updated as blades enter and
   leave. Gaps are not computed in steps in which none can close, since the spectrum has
   not changed enough.
@@ -32,20 +32,18 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
   frame, and updates the positions of the blades in every step: anything, slowly. It is
   the only one for a ring of elements, which is not the same at every angle in any
   frame, for a layer that wears, and for modes that do not oscillate.
-- `exact` is the kernel of `modal` with the coefficients of each mode's exact flow in
-  q and d = q_n - q_{n-1}, which loses no digits on slow modes. Contact is an impulse at
-  the beginning of a step, such that no blade penetrates at its end. Away from contact
-  it jumps over many steps: amplitudes bound the second derivative of every gap
+- `exact` is the pass over slots of `modal` with the factor e^{s dt} of each wave, s its
+  root. Contact is an impulse at the beginning of a step, such that no blade penetrates
+  at its end. Away from contact it jumps over many steps: amplitudes bound the second derivative of every gap
   (including the ring's motion past the blades), which together with value and rate
   gives the length of the jump. A jump ends one step before a blade might touch, so that
   contact begins on the same grid of steps as in `modal`.
 
 With `rotation = "full"` the modes of a nodal diameter are coupled. `modal` and `exact`
-then integrate waves, forward and backward ones separately, each a complex amplitude
-that is multiplied by a complex number in each step (`turning_waves`): waves of central
-differences, or of the exact flow, which jumps. One loop serves modes and waves; the
-type of the rotor chooses the functions it calls (`kernels.compiled.verb`). Waves of the
-whole rotor are coupled then (`whole_waves`); otherwise each mode is a wave
+then integrate waves of the coupled modes, forward and backward ones separately
+(`turning_waves`); without rotation, a mode is two waves (`slot_waves`). The type of the
+rows chooses the functions that the loop calls (`kernels.point_verbs`). Waves of the
+whole rotor are coupled with rotation (`whole_waves`); otherwise each mode is a wave
 (`mode_waves`). `general` and `paper` integrate blocks or matrices, and `general` takes
 over from `modal` if waves nearly coincide.
 
