@@ -24,20 +24,20 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
   centre. `general` serves all other models. In slots, the contribution of contact,
   which is known only after all blades are predicted, is stored as a spectrum until the
   next pass. Vector operations are explicit, so that sums and products are rounded in
-  the same way on every machine. The active blades stay the same in 98 of 100 steps: the inverse of their part of the
-  Delassus matrix is kept, and for more than 24 blades updated as blades enter and
-  leave. Gaps are not computed in steps in which none can close, since the spectrum has
-  not changed enough.
+  the same way on every machine. The active blades stay the same in 98 of 100 steps:
+  the inverse of their part of the Delassus matrix is kept, and for more than 24 blades
+  updated as blades enter and leave. Gaps are not computed in steps in which none can
+  close, since the spectrum has not changed enough.
 - `general` integrates the modes of both bodies one by one, the casing's in the static
   frame, and updates the positions of the blades in every step: anything, slowly. It is
   the only one for a ring of elements, which is not the same at every angle in any
   frame, for a layer that wears, and for modes that do not oscillate.
 - `exact` is the pass over slots of `modal` with the factor e^{s dt} of each wave, s its
   root. Contact is an impulse at the beginning of a step, such that no blade penetrates
-  at its end. Away from contact it jumps over many steps: amplitudes bound the second derivative of every gap
-  (including the ring's motion past the blades), which together with value and rate
-  gives the length of the jump. A jump ends one step before a blade might touch, so that
-  contact begins on the same grid of steps as in `modal`.
+  at its end. Away from contact it jumps over many steps: amplitudes bound the second
+  derivative of every gap (including the ring's motion past the blades), which together
+  with value and rate gives the length of the jump. A jump ends one step before a blade
+  might touch, so that contact begins on the same grid of steps as in `modal`.
 
 With `rotation = "full"` the modes of a nodal diameter are coupled. `modal` and `exact`
 then integrate waves of the coupled modes, forward and backward ones separately
