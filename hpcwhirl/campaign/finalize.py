@@ -22,6 +22,7 @@ import numpy as np
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import threshold_facts
+from hpcwhirl.campaign.machine import machine_facts
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import Result, notes_on
 from hpcwhirl.campaign.work import Work
@@ -267,7 +268,8 @@ def write_case(path: Path, design: Design, result: Result) -> None:
         make_folders(path.parent)
         with tempfile.TemporaryDirectory(prefix=".hpcwhirl-", dir=path.parent) as place:
             directory = Directory(Path(place))
-            directory.plan.write(design.manifest())
+            plan = replace(design.manifest(), machines=[machine_facts()])
+            directory.plan.write(plan)
             with Journal(directory.journals, 1, 0) as journal:
                 journal.append(record, result.traces)
             publish(gather(directory, facts_of(design)), path)

@@ -2,7 +2,7 @@
 
 A weaker and a stronger pulse leave the engine in two states whose motions have
 different words. Between these states the boundary of two basins is followed by
-bisection, see `analysis.edge_tracking`. The side of a state is the word of the motion
+bisection, see `studies.edge_tracking`. The side of a state is the word of the motion
 that continues from it, by the same rules as for any case, applied to that motion only.
 (A threshold on energy would have to be chosen for each engine, and the energy of an
 edge motion rises and falls.) A continuation ends early at a proof that contact cannot
@@ -146,7 +146,7 @@ class Edge:
 
 
 class Continued:
-    """Motions of one scene after its pulse, as `analysis.edge_tracking` needs them.
+    """Motions of one scene after its pulse, as `studies.edge_tracking` needs them.
 
     It moves states of the integration forward in time, puts a state between two others,
     and finds the side of a state; it implements the protocol `Motions` there.
@@ -390,7 +390,7 @@ def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
     Parameters
     ----------
     motions : continues motions of the scene
-    found : states on both sides of the edge, as `analysis.edge_tracking.track` returns
+    found : states on both sides of the edge, as `studies.edge_tracking.track` returns
     """
     scene, beat = motions.march.scene, motions.march.beat
     states = [moment for piece in found.pieces for moment in piece[1:]]

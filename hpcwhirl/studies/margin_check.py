@@ -1,6 +1,6 @@
 """Check safe ranges: compute points drawn inside, between the damped cases.
 
-A safe range is a sequence of damped cases of a sweep, see `analysis.margins`; words
+A safe range is a sequence of damped cases of a sweep, see `studies.margins`; words
 between them are not known. Points drawn uniformly inside measure the share of the range
 that is damped, with a confidence interval. Where a point is not damped, the intervals
 between it and its damped neighbours are bisected, so that the ranges that remain end

@@ -3,7 +3,7 @@
 Cases that differ in only one swept input form a line, in ascending order of this input.
 A safe range is an unbroken sequence of damped cases on a line. It is a sample: nothing
 is known between its cases, which are up to a `step` apart. Points drawn between them
-and computed (`campaign.margin_check`) measure which share of the range is damped;
+and computed (`studies.margin_check`) measure which share of the range is damped;
 `with_points` adds them to the line.
 
 A pulse is safe only if all weaker pulses that were tried are damped, too. So

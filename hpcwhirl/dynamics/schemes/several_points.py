@@ -187,7 +187,7 @@ class BothAsWaves(Integrator):
     def _change_gaps(state: CyclicState) -> None:
         """Mark the contacts of the last steps: gaps before follow from no coefficient.
 
-        See `held` of `point_rows.book_points`.
+        See `held` of `book_points`.
         """
         padded = len(state.lam) // HELD
         state.lam[padded:] = -np.abs(state.lam[padded:])

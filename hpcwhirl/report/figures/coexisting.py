@@ -158,7 +158,7 @@ def draw_fractions(
     Parameters
     ----------
     data : results from `open_results`
-    found : result of `analysis.basins`
+    found : result of `studies.basins`
     out : directory of the figures
 
     Raises

@@ -53,7 +53,7 @@ def draw_sensitivity(
     Parameters
     ----------
     data : results
-    found : result of `analysis.sensitivity`
+    found : result of `studies.sensitivity`
     out : directory of the figures
 
     Raises

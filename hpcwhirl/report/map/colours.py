@@ -131,7 +131,7 @@ def colours_of(
     ----------
     data : results
     name : the quantity: "regime" (with twins, the majority's word), "whirl",
-        "attractor" (see `analysis.attractors`), "motion" if the results have it, or an
+        "attractor" (see `studies.attractors`), "motion" if the results have it, or an
         expression over numbers of the results
     case : (n,), numbers of the cases shown
     word, whirl : (n,), regime, or why there is none, and whirl of these cases
@@ -186,7 +186,7 @@ def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
 
     Attractors of one regime share its marker; their colours repeat after six.
 
-    names : names of attractors, from `analysis.attractors`, such as "A1 sustained"
+    names : names of attractors, from `studies.attractors`, such as "A1 sustained"
     """
     looks = {}
     for name in names:

@@ -53,7 +53,7 @@ def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
 def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
     """Return the shares of regimes at the points of the sweep that a map shows.
 
-    Its options may select some points; the table is that of `analysis.shares`.
+    Its options may select some points; the table is that of `studies.shares`.
 
     data, wish : results of the campaign; options of the map
     """
@@ -66,7 +66,7 @@ def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
 def varied(found: xarray.Dataset) -> list[str]:
     """Return the swept inputs that have several values in a table of shares.
 
-    found : result of `analysis.shares` or `analysis.basins`
+    found : result of `studies.shares` or `studies.basins`
     """
     return [n for n in swept_in(found) if len(set(found[n].values.tolist())) > 1]
 
@@ -77,7 +77,7 @@ def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
     The result has a case for each point of the sweep and regime, and the share as a
     variable. Regimes without cases are left out.
 
-    data, found : results of the campaign; their shares, from `analysis.shares`
+    data, found : results of the campaign; their shares, from `studies.shares`
     """
     seen = found.sel(regime=(found["count"].sum("point") > 0).to_numpy())
     many = seen.sizes["regime"]
@@ -108,7 +108,7 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
     Parameters
     ----------
     data : results
-    found : the shares, result of `analysis.shares` or `analysis.basins`
+    found : the shares, result of `studies.shares` or `studies.basins`
     note : line on the draws, for the title
 
     Raises
@@ -133,7 +133,7 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
 def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
     """Return a note for a title: drawn inputs, number of draws, cases without result.
 
-    data, found : results; their shares, from `analysis.shares`
+    data, found : results; their shares, from `studies.shares`
     """
     low, high = int(found["cases"].min()), int(found["cases"].max())
     cases = f"{low}" if low == high else f"{low} to {high}"
