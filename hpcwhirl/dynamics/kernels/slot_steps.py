@@ -390,6 +390,7 @@ def conclude_slots(rows, _rotor, _wall, step, _speed, state, space):
     """
     k, wide = len(state.lam) // 2, len(state.gaps) // 6
     settle(rows, step, state, space)
+    state.counter[ENDED] = state.counter[STEP]  # the same however a run is divided
     for older in range(3):
         catch_up(rows.wave, k, wide, state.gaps, older, space.seen, space.skipped)
 
