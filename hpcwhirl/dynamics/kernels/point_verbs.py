@@ -4,7 +4,7 @@ The rows are the coefficients of the waves: `wave_types.PointRows` and `SectorRo
 points whose gaps are bounded (`bounded`), or `SlotRows` and `FlowRows`, by slots
 (`slot_steps`, `slot_flights`). Texts here have the arguments of all implementations:
 
-rows : the rows, `SlotRotor.rows`, whose type selects the implementation
+rows : the rows, a field of the rotor, whose type selects the implementation
 rotor, contact, wall : constant arrays of the loop; `kernel_types.Wall`
 state, space : `kernel_types.CyclicState`; work space of the loop
 step, speed, mu : dt, s; Omega, rad/s; friction with the sign of the speed
