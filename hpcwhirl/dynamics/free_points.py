@@ -13,9 +13,9 @@ import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.dynamics.flights import die_out
-from hpcwhirl.dynamics.free_modes import flushed
 from hpcwhirl.dynamics.free_motion import BLOCK, Start
 from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.bodies import TINY
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Strides, Tracks
 from hpcwhirl.dynamics.point_arrays import Reads
 from hpcwhirl.dynamics.point_waves import real_rows
@@ -167,3 +167,8 @@ class FreePoints:
             part = np.split(a, ends, axis=1)[1]
             q = np.hstack([part.real, part.imag])
             tracks.casing[:] = q @ real_rows(self.waves.casing.shapes).T
+
+
+def flushed(values: Floats) -> Floats:
+    """Return numbers with those of magnitude below 1e-150 set to 0, as kernels do."""
+    return np.where(np.abs(values) < TINY, 0.0, values)

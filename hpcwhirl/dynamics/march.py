@@ -21,7 +21,6 @@ from hpcwhirl.case.profile import NEVER, held_displacement, release_step
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
 from hpcwhirl.dynamics.casing import wall_of
-from hpcwhirl.dynamics.free_decay import next_look
 from hpcwhirl.dynamics.free_motion import WaveDecay
 from hpcwhirl.dynamics.free_points import FreePoints
 from hpcwhirl.dynamics.history import History
@@ -560,3 +559,25 @@ def next_slice(size: int, made: int, seconds: float) -> int:
         return size
     wanted = made * SLICE_SECONDS / max(seconds, LEAST_SECONDS)
     return int(min(max(wanted, LEAST_SLICE), 2 * size))
+
+
+def next_look(
+    sizes: Floats, decays: Floats, gap: float, shortest: int, longest: int
+) -> int:
+    """Return after how many steps to search for a certificate again.
+
+    It is the number of steps after which the bound of the tips' motion will be below
+    the gap, if no contact occurs before. Only `shortest`, twice, four times it, ... are
+    tried.
+
+    Parameters
+    ----------
+    sizes, decays : results of `FreePoints.bound`, at all contact points
+    gap : m
+    shortest, longest : least and largest result, numbers of steps
+    """
+    for _ in range(40):
+        if shortest >= longest or (sizes @ decays**shortest).max() < LESS * gap:
+            break
+        shortest *= 2
+    return min(shortest, longest)

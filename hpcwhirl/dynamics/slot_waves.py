@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
+from hpcwhirl.dynamics import slots
 from hpcwhirl.dynamics.flights import die_out
-from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
 from hpcwhirl.dynamics.kernels.wave_types import FlowRows, SlotFlight, SlotRows
 
@@ -101,11 +101,11 @@ class Steps:
 def differences(items: Floats, step: float) -> Steps:
     """Return the steps of modes by central differences.
 
-    items, step : (ITEMS, rows, k), coefficients of the modes, `kernels.passes`; dt, s
+    items, step : (ITEMS, rows, k), coefficients of the modes, `slots`; dt, s
     """
-    there = items[passes.KEEP] != 0.0
-    omega, give = items[passes.OMEGA], items[passes.GIVE]
-    rate = items[passes.DAMPING] * omega
+    there = items[slots.KEEP] != 0.0
+    omega, give = items[slots.OMEGA], items[slots.GIVE]
+    rate = items[slots.DAMPING] * omega
     stiff = 1 - (omega * step / 2) ** 2
     swing = np.sqrt(np.where(there, omega**2 * stiff - rate**2, 1.0).astype(complex))
     half = (1j * swing - rate) / stiff * (step / 2)
@@ -125,8 +125,8 @@ def exact_steps(items: Floats, step: float) -> Steps:
 
     items, step : as for `differences`
     """
-    there = items[passes.KEEP] != 0.0
-    omega, xi = items[passes.OMEGA], items[passes.DAMPING]
+    there = items[slots.KEEP] != 0.0
+    omega, xi = items[slots.OMEGA], items[slots.DAMPING]
     swing = np.where(there, omega * np.sqrt(1 - xi**2), 1.0)
     roots = np.where(there, 1j * swing - xi * omega, 0.0)
     ahead = np.expm1(roots * step)
@@ -142,11 +142,11 @@ def exact_steps(items: Floats, step: float) -> Steps:
 def pairs_of_modes(items: Floats, mu: float, steps: Steps) -> SlotWaves:
     """Return the waves of uncoupled modes, two for each, at rest in their frame.
 
-    items : (ITEMS, rows, k), coefficients of the modes, see `kernels.passes`
+    items : (ITEMS, rows, k), coefficients of the modes, see `slots`
     mu, steps : friction with the sign of the speed; how the modes move
     """
-    radial, moves = items[passes.RADIAL], steps.moves
-    along = items[passes.SR] + 1j * items[passes.SI]
+    radial, moves = items[slots.RADIAL], steps.moves
+    along = items[slots.SR] + 1j * items[slots.SI]
     force = radial + mu * along.conj()
     form = dict[tuple[int, int], Complexes]()
     for f in range(len(radial)):

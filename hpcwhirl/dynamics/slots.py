@@ -1,10 +1,10 @@
-"""Constant arrays of rotor and ring for the kernel `cyclic`, by nodal diameter.
+"""Modes of a rotor of equal sectors and of the ring, by nodal diameter.
 
 A slot is a nodal diameter of the N blades, 0 .. N // 2, padded to k slots. Row f of an
 array has the f-th mode of each slot, whose cosine and sine phases are one complex
-amplitude. The items of a mode are the coefficients of its time step, see
-`kernels.passes`. `cyclic_arrays` returns all arrays of a scene. Those that do not
-depend on speed and friction are cached for each model and step.
+amplitude. The items of a mode, named below, are the coefficients of its time step and
+its displacements. They do not depend on speed and friction, and are cached for each
+model and step; `slot_waves` makes waves of them.
 """
 
 from __future__ import annotations
@@ -16,18 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
-from hpcwhirl.dynamics.flights import flight_arrays, flying_modes
-from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Load
 from hpcwhirl.dynamics.kernels.transform import BEHIND, BLADES, SPAN, span_of
-from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
-from hpcwhirl.dynamics.kernels.wave_types import (
-    CyclicCasing,
-    CyclicContact,
-    CyclicRotor,
-)
-from hpcwhirl.dynamics.operators import friction_with_sign, lobe_load
+from hpcwhirl.dynamics.kernels.vectors import aligned
+from hpcwhirl.dynamics.operators import lobe_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import MOST_KEPT, Model
@@ -36,6 +28,10 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator
 
 MOST_RUBBED = 128  # cached pairs of model and friction: 10 to 100 kB each
+# items of a mode: coefficients keep and give of a step (`timestep`); radial and re, im
+# of tangential displacement for unit amplitude, of a rotor times -1; omega; xi
+KEEP, GIVE, RADIAL, SR, SI, OMEGA, DAMPING = range(7)
+ITEMS = 7
 
 
 def fold(harmonic: int, blades: int) -> tuple[int, float]:
@@ -138,46 +134,15 @@ def _rotor_modes(model: Model) -> list[_RotorMode]:
 
 
 def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
-    """Return the coefficients (ITEMS,) of a time step of a mode, see `kernels.passes`.
-
-    Those of contact forces, which depend on friction, are 0 here; `_pushed` adds them.
+    """Return the items (ITEMS,) of a mode: coefficients of its step, and its shape.
 
     flow : coefficients of the mode's step by central differences or the exact flow
     gamma, sigma : radial and tangential displacement at blade 0 for unit amplitude; of
         a rotor, times -1
     """
-    out = np.zeros(passes.ITEMS)
-    out[[passes.KEEP, passes.PULL, passes.GIVE]] = flow.keep, flow.pull, flow.give
-    out[[passes.RADIAL, passes.SR, passes.SI]] = gamma, sigma.real, sigma.imag
-    out[[passes.OMEGA, passes.DAMPING, passes.RATE]] = (
-        flow.omega,
-        flow.damping,
-        flow.rate,
-    )
-    out[passes.TURN_RE] = 1.0
-    out[passes.MEAN_OLD : passes.MEAN_PLACE + 1] = flow.mean
-    out[passes.LOSS_DD : passes.LOSS_QQ + 1] = flow.loss
-    out[passes.SPEED_D : passes.SPEED_Q + 1] = flow.speed
-    return out
-
-
-def _pushed(items: Floats, mu: float) -> Floats:
-    """Return coefficients of a step of modes, including those of contact forces.
-
-    These, NORMAL and ALONG, are re and -im of give (gamma + mu conj(sigma)), with gamma
-    and sigma the radial and tangential displacement for unit amplitude, see
-    `kernels.passes`.
-
-    mu : friction with the sign of the speed
-    items : (ITEMS, ...), coefficients without contact, results of `_items`
-    """
-    out = items.copy()
-    give, real, imaginary = (items[i] for i in (passes.GIVE, passes.SR, passes.SI))
-    there = give != 0.0  # items of a slot without a mode are all 0
-    normal = give * (items[passes.RADIAL] + mu * real)
-    along = -(give * (0.0 - mu * imaginary) + 0.0)  # the form fixes the sign of zeros
-    out[passes.NORMAL] = np.where(there, normal, 0.0)
-    out[passes.ALONG] = np.where(there, along, 0.0)
+    out = np.zeros(ITEMS)
+    out[[KEEP, GIVE, OMEGA, DAMPING]] = flow.keep, flow.give, flow.omega, flow.damping
+    out[[RADIAL, SR, SI]] = gamma, sigma.real, sigma.imag
     return out
 
 
@@ -199,7 +164,7 @@ def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
     modes, flow_of = _rotor_modes(model), exact_flow if flies else central_differences
     slots, _ = widths(model.blades)
     rows = 1 + max(mode.row for mode in modes)
-    items = np.zeros((passes.ITEMS, rows, 2, slots))
+    items = np.zeros((ITEMS, rows, 2, slots))
     hub = np.zeros((2, rows, 2, slots))
     ratios = model.rotor.ratios
     for mode in modes:
@@ -223,7 +188,6 @@ class _Ring(NamedTuple):
     turns : (modes,), h or -h, the mode's harmonic: turns of the amplitude per
         revolution
     modes : (modes,), indices of each mode in (rows, slots), flat
-    place : (modes,), index of its first coefficient among packed ones, `passes.item`
     """
 
     items: Floats
@@ -232,7 +196,6 @@ class _Ring(NamedTuple):
     column: Integers
     turns: Floats
     modes: Integers
-    place: Integers
 
 
 class _Round(NamedTuple):
@@ -258,8 +221,7 @@ def _round(model: Model) -> _Round:
 def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
     """Return those coefficients of a ring's modes that do not depend on friction.
 
-    They are those in the static frame (speed 0); `turn_ring` adds the rotation of the
-    frame.
+    They are those in the static frame (speed 0).
 
     given, step : ring and number of blades; dt, s
     flies : whether the scheme is `exact`, else central differences
@@ -268,7 +230,7 @@ def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
     (slots, _), flow_of = widths(blades), exact_flow if flies else central_differences
     places, ratios = _modes_in_slots(body, blades), body.ratios
     rows = 1 + max(place.row for place in places)
-    items = np.zeros((passes.ITEMS, rows, slots))
+    items = np.zeros((ITEMS, rows, slots))
     for place in places:
         h, m = place.harmonic, place.members[0]
         w_row = operator.radial[max(2 * h - 1, 0)]
@@ -280,8 +242,7 @@ def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
     labels = [(p.row, p.slot, p.members[0], p.sign * p.harmonic) for p in places]
     row, slot, column, turns = map(np.array, zip(*labels, strict=True))
     modes = row * slots + slot
-    place = (modes - modes % FOUR) * passes.ITEMS + modes % FOUR
-    return _Ring(items, row, slot, column, turns.astype(float), modes, place)
+    return _Ring(items, row, slot, column, turns.astype(float), modes)
 
 
 def rotor_table(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
@@ -291,7 +252,7 @@ def rotor_table(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floa
 
     Returns
     -------
-    items : (ITEMS, rows, k), see `kernels.passes`
+    items : (ITEMS, rows, k)
     hub : (2, rows, 2, k), x_o and y_o for unit re and im of the amplitudes
     """
     items, hub = _rotor(model, step, flies=flies)
@@ -305,7 +266,7 @@ def ring_table(model: Model, step: float, *, flies: bool) -> tuple[Floats, Float
 
     Returns
     -------
-    items : (ITEMS, rows, k), see `kernels.passes`
+    items : (ITEMS, rows, k)
     turns : (rows, k), turns of the amplitude per revolution, signed
     """
     ring = _ring(_round(model), step, flies=flies)
@@ -341,72 +302,6 @@ def _lobes(
     out = np.zeros(ring.items[0].size)
     out[ring.modes] = force[ring.column]
     return out
-
-
-@lru_cache(maxsize=MOST_RUBBED)
-def _rubbed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
-    """Return the coefficients of a step of a ring's modes with friction, at speed 0.
-
-    given, step, flies : as for `_ring`
-    mu : `float.hex` of the friction, so that the cache distinguishes -0.0 from 0.0
-    """
-    return _pushed(_ring(given, step, flies=flies).items, float.fromhex(mu))
-
-
-@lru_cache(maxsize=MOST_RUBBED)
-def _packed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
-    """Return the result of `_rubbed_ring` as the kernel reads it, see `passes.packed`.
-
-    given, step, mu, flies : as for `_rubbed_ring`
-    """
-    return passes.packed(_rubbed_ring(given, step, mu, flies=flies).ravel())
-
-
-def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
-    """Return the kernel's arrays of the pulse and of the modes of the casing's ring.
-
-    The ring is one of harmonics; its modes are in slots, one for each nodal diameter.
-    The arrays are empty if the casing is rigid.
-    """
-    items = load = np.zeros(0)
-    if model.casing is not None and isinstance(model.ring, FourierOperator):
-        step, given = scene.solver.time_step, _round(model)
-        flies, mu = scene.solver.flies, friction_with_sign(scene).hex()
-        items = aligned(_packed_ring(given, step, mu, flies=flies))
-        turn_ring(model, scene, items, None, scene.speed)
-        lobes, direction = scene.nodal_diameter, scene.direction
-        load = _lobes(given, step, lobes, direction, flies=flies)
-    _, sign = fold(scene.nodal_diameter, model.blades)
-    return Load(scene.force, scene.pulse, load), CyclicCasing(items, sign)
-
-
-def turn_ring(
-    model: Model, scene: Scene, items: Floats, state: CyclicState | None, speed: float
-) -> None:
-    """Change the kernel's coefficients of a ring's modes to another speed, rad/s.
-
-    In the rotating frame the ring's amplitudes turn with it. The kernel will complete
-    the pending step with the new coefficients; so the previous increments in the state
-    are turned such that this step still has its old angle.
-
-    items : packed coefficients, changed in place
-    state : the march's state, of which increments are changed in place, or None
-    """
-    if not len(items):
-        return
-    step = scene.solver.time_step
-    ring = _ring(_round(model), step, flies=scene.solver.flies)
-    real, imag = (ring.place + FOUR * w for w in (passes.TURN_RE, passes.TURN_IM))
-    old, spin = items[real] + 1j * items[imag], ring.turns * speed
-    turned = np.exp(1j * (spin * step))
-    items[real], items[imag] = turned.real, turned.imag
-    items[ring.place + FOUR * passes.SPIN] = spin
-    if state is None:
-        return
-    size = len(state.ring) // passes.RING_STATE
-    re = ring.modes + (2 - (int(state.counter[contact.STEP]) & 1)) * 2 * size
-    d = (state.ring[re] + 1j * state.ring[re + size]) * (old / turned)
-    state.ring[re], state.ring[re + size] = d.real, d.imag
 
 
 @dataclass(frozen=True)
@@ -537,78 +432,3 @@ def ring_turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
         for member, part in zip(place.members, (value.real, -value.imag), strict=False):
             out[..., member] = part
     return out
-
-
-@lru_cache(maxsize=MOST_RUBBED)
-def _rubbed(
-    model: Model, step: float, mu: str, *, flies: bool
-) -> tuple[Floats, Floats, Floats]:
-    """Return those arrays of the kernel `cyclic` that depend on friction, not speed.
-
-    step : dt, s
-    mu : `float.hex` of the friction with the sign of the speed
-    flies : whether the scheme is `exact`, else central differences
-
-    Returns
-    -------
-    (coefficients of the rotor's modes, packed; x_o and y_o for unit amplitudes, `hub`
-    of `_rotor`; column 0 of the Delassus matrix W, (N,), m/N)
-    """
-    items, hub = _rotor(model, step, flies=flies)
-    rotor = _pushed(items, float.fromhex(mu))
-    symbol = _symbol(rotor[:, :, 0])
-    if model.casing is not None and isinstance(model.ring, FourierOperator):
-        symbol = symbol + _symbol(_rubbed_ring(_round(model), step, mu, flies=flies))
-    half = model.blades // 2 + 1
-    column = (blade_waves(model.blades) @ symbol[:half]).real.copy()
-    return passes.packed(rotor.ravel()), hub, column
-
-
-def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
-    """Return all constant arrays of the kernel `cyclic` for a scene.
-
-    beat : number of time steps between two rows of evidence
-    """
-    step, mu = scene.solver.time_step, friction_with_sign(scene).hex()
-    rotor, hub, column = _rubbed(model, step, mu, flies=scene.solver.flies)
-    loading, casing = casing_arrays(model, scene)
-    flight = flight_arrays(
-        scene, beat, lambda: flying_modes(passes.unpacked(rotor), step), casing.items
-    )
-    contact_of = CyclicContact(column.copy(), *transforms(model.blades), flight)
-    return Arrays(loading, CyclicRotor(rotor, hub), casing, contact_of)
-
-
-def ring_column(model: Model, scene: Scene) -> Floats:
-    """Return the ring's part of column 0 of the Delassus matrix W, (N,), m/N.
-
-    That part of W is circulant: entry (i - j) mod N is the ring's part of W[i, j], the
-    opening of gap i by a unit multiplier on blade j.
-    """
-    if model.casing is None or not isinstance(model.ring, FourierOperator):
-        return np.zeros(model.blades)
-    step, mu = scene.solver.time_step, friction_with_sign(scene).hex()
-    return _ring_column(_round(model), step, mu, flies=scene.solver.flies)
-
-
-@lru_cache(maxsize=MOST_RUBBED)
-def _ring_column(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
-    """Return the ring's part of column 0 of the Delassus matrix, (N,), m/N; cached.
-
-    given, step, mu, flies : as for `_rubbed_ring`
-    """
-    symbol = _symbol(_rubbed_ring(given, step, mu, flies=flies))
-    waves = blade_waves(given.blades)
-    return np.asarray((waves @ symbol[: waves.shape[1]]).real)
-
-
-def _symbol(items: Floats) -> Complexes:
-    """Return the eigenvalues of a body's part of the Delassus matrix, (slots,), m/N.
-
-    That part is circulant: it has one eigenvalue for each nodal diameter, or slot.
-
-    items : (ITEMS, rows, slots), coefficients of the body's modes (`kernels.passes`)
-        that include those of contact forces, see `_pushed`
-    """
-    push = items[passes.NORMAL] - 1j * items[passes.ALONG]
-    return np.asarray((items[passes.RADIAL] * push).sum(axis=0))

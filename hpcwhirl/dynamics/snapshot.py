@@ -24,7 +24,7 @@ from hpcwhirl.case.profile import NEVER, told_of_release
 from hpcwhirl.case.speed import laws_of
 from hpcwhirl.dynamics.kernel_cache import DIGEST
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.wave_types import Flight, SlotFlight
+from hpcwhirl.dynamics.kernels.wave_types import SlotFlight
 from hpcwhirl.dynamics.march import March
 
 Arrays = dict[str, NDArray[Any]]
@@ -57,9 +57,9 @@ def _feed(digest: Any, part: Any) -> None:
     """Add the bytes of an argument of the kernel to a hash.
 
     digest : hash object, which is updated
-    part : array, number, or tuple of such parts; a `Flight` without the run's length
+    part : array, number, or tuple of them; a `SlotFlight` without the run's length
     """
-    if isinstance(part, Flight | SlotFlight):
+    if isinstance(part, SlotFlight):
         part = part._replace(total=0)
     if isinstance(part, tuple):
         for item in part:

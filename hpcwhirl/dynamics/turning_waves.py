@@ -1,4 +1,4 @@
-"""Arrays of the kernel `waves`: a rotating rotor as forward and backward waves.
+"""Forward and backward waves of a rotating rotor of equal sectors.
 
 On a nodal diameter, in coordinates of the modes at rest (M = 1), with G = D + 2 Omega C
 and K = K(Omega) + S,
@@ -27,14 +27,6 @@ from scipy.linalg import eig
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.flights import flight_arrays, flying_waves
-from hpcwhirl.dynamics.kernels import waves
-from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays
-from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
-from hpcwhirl.dynamics.kernels.wave_types import CyclicContact, WaveRotor
-from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.slots import casing_arrays, ring_column, transforms
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SpinBlock
 from hpcwhirl.reduction.waves import diameter_matrices
@@ -361,124 +353,8 @@ def is_basis(diameters: list[Diameter]) -> bool:
     return bool(diameters) and all(own.condition < WORST for own in diameters)
 
 
-def wave_arrays(
-    model: Model, scene: Scene, diameters: list[Diameter], beat: int
-) -> Arrays:
-    """Return the constant arrays of the cyclic kernel for a rotor as waves.
-
-    diameters : the rotor's waves of each nodal diameter
-    beat : steps between rows of evidence
-    """
-    blades, mu = model.blades, friction_with_sign(scene)
-    loading, casing = casing_arrays(model, scene)
-    steady = circle_of(model, scene, diameters)
-    rotor = _rotor(diameters, widths(blades)[0], mu, steady)
-    k = np.arange(len(diameters))
-    opens = [own.radial @ own.shapes @ own.pushed(mu) for own in diameters]
-    waves_of = np.exp(2j * np.pi * (np.outer(np.arange(blades), k) % blades) / blades)
-    column = (waves_of @ np.array(opens)).real + ring_column(model, scene)
-    count = waves.FLOW_ITEMS if scene.solver.flies else waves.ITEMS
-    flight = flight_arrays(
-        scene, beat,
-        lambda: flying_waves(unpacked(rotor.items, count), scene.solver.time_step),
-        casing.items,
-    )  # fmt: skip
-    contact = CyclicContact(column, *transforms(blades), flight)
-    return Arrays(loading, rotor, casing, contact)
-
-
-def _rotor(
-    diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
-) -> WaveRotor:
-    """Return the cyclic kernel's coefficients of a rotor as waves.
-
-    diameters, slots : waves of each nodal diameter; number of slots (padded diameters)
-    mu, steady : friction with the sign of Omega; the circle of an unbalanced rotor,
-        which becomes the last row of waves, or None
-    """
-    rows = max(len(own.ahead) for own in diameters) + (steady is not None)
-    flow = isinstance(diameters[0], Flow)
-    items = np.zeros((waves.FLOW_ITEMS if flow else waves.ITEMS, rows, slots))
-    fixed = np.zeros((waves.FLOW_FIXED if flow else waves.FIXED, slots))
-    hub, along = np.zeros((2, rows, 2, slots)), np.zeros((rows, 2, slots))
-    form = np.zeros((rows, rows, 2, slots))
-    for own in diameters:
-        k, count = own.k, len(own.ahead)
-        work, adds = own.work(mu)
-        of_wave = {
-            waves.AHEAD_RE: own.ahead, waves.PUSH_RE: own.pushed(mu),
-            waves.RATE_RE: own.along @ own.passing(), waves.WORK_RE: work,
-        }  # fmt: skip
-        items[waves.RADIAL, :count, k] = (own.radial @ own.shapes).real
-        passed = own.passed(mu)
-        of_slot = {
-            waves.OPENS_RE: own.radial @ own.shapes @ own.pushed(mu),
-            waves.SLIDES_RE: own.along @ passed,
-        }
-        if flow:
-            of_wave[waves.NEARS_RE] = own.radial @ own.passing()
-            of_slot[waves.FIXED] = own.radial @ passed
-        for place, values in of_wave.items():
-            items[place, :count, k], items[place + 1, :count, k] = _parts(values)
-        for place, value in of_slot.items():
-            fixed[place, k], fixed[place + 1, k] = value.real, value.imag
-        fixed[waves.ADDS, k] = adds
-        hub[:, :count, :, k] = _read_hub(own.hub @ own.shapes)
-        along[:count, 0, k], along[:count, 1, k] = _parts(own.along @ own.shapes)
-        upper = np.triu(own.energy) + np.triu(own.energy, 1)
-        form[:count, :count, 0, k], form[:count, :count, 1, k] = _parts(upper)
-    if steady is not None:
-        own, shape, k = diameters[1], steady.shape, diameters[1].k
-        items[waves.RADIAL, -1, k] = (own.radial @ shape).real
-        along[-1, :, k] = _parts(complex(own.along @ shape))
-        hub[:, -1, :, k] = _read_hub(complex(own.hub @ shape))
-    chosen = form[np.triu_indices(rows)]
-    return WaveRotor(
-        packed(items), aligned(fixed.ravel()), hub.reshape(2, -1).copy(),
-        aligned(chosen.ravel()), aligned(along.ravel()),
-    )  # fmt: skip
-
-
-def _read_hub(centre: Any) -> Floats:
-    """Return the factors of re and im of complex amplitudes in x_o and y_o.
-
-    They are (2, ..., 2): axis of x_o and y_o first, of re and im last.
-
-    centre : (...), complex, displacement of the centre for unit amplitudes
-    """
-    x = np.stack([centre.real, -centre.imag], axis=-1)
-    return np.stack([x, np.stack([-centre.imag, -centre.real], axis=-1)])
-
-
 def _parts(values: Any) -> tuple[Any, Any]:
     return values.real, values.imag
-
-
-def packed(items: Floats) -> Floats:
-    """Return coefficients of waves, (ITEMS, rows, slots), as the flat array of kernels.
-
-    Those of four neighbouring waves are contiguous.
-    """
-    apart = items.reshape(len(items), -1, FOUR).transpose(1, 0, 2)
-    return aligned(np.ascontiguousarray(apart).ravel())
-
-
-def unpacked(items: Floats, count: int) -> Floats:
-    """Return the coefficients of waves, (count, rows * slots), from their flat array.
-
-    items, count : result of `packed`; number of coefficients of a wave
-    """
-    return items.reshape(-1, count, FOUR).transpose(1, 0, 2).reshape(count, -1)
-
-
-def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
-    """Return one nodal diameter's amplitudes (waves,) from the state of a kernel.
-
-    state, slots : amplitudes by row and slot, flat; number of slots
-    own : the waves of the nodal diameter
-    """
-    parts = state.reshape(-1, 2, slots)[: len(own.ahead), :, own.k]
-    return np.asarray(parts[:, 0] + 1j * parts[:, 1])
 
 
 def modal_places(

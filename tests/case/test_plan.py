@@ -13,12 +13,10 @@ from hpcwhirl.case.plan import folded_model, folds_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics import turning_waves, whole_waves
-from hpcwhirl.dynamics.free_modes import roots_of
-from hpcwhirl.dynamics.kernels import contact, passes
+from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import ModelError
 from hpcwhirl.reduction.growth import Band, Span, Stability
 from hpcwhirl.scene import apply_settings, named_scene
@@ -157,58 +155,6 @@ def test_a_sector_keeps_frequencies_and_takes_its_share_of_the_mass():
     flexible = (tip * (tip + opposite) / whole.rotor.omega**2).sum()
     own = (sector.rotor.shapes[0] ** 2 / sector.rotor.omega**2).sum()
     assert own == pytest.approx(flexible, rel=1e-12)
-
-
-def swings(count, seed):
-    """Return items, amplitudes and increments of random damped modes."""
-    rng = np.random.default_rng(seed)
-    step = 1e-6
-    omega = 10 ** rng.uniform(3.0, 6.2, count)
-    damping = 10 ** rng.uniform(-3.0, -0.3, count)
-    keep, pull, _ = recursion(omega, damping, step)
-    items = np.zeros((passes.ITEMS, count))
-    items[[passes.KEEP, passes.PULL]], items[passes.RADIAL] = (keep, pull), 1.0
-    q = rng.normal(size=count) + 1j * rng.normal(size=count)
-    d = (rng.normal(size=count) + 1j * rng.normal(size=count)) * omega * step
-    return items, q, d
-
-
-def test_the_bound_holds_for_every_later_step_and_is_reached():
-    items, q, d = swings(200, 0)
-    roots = roots_of(items)
-    a, b = roots.waves(q, d)
-    bound = np.hypot(np.abs(a), np.abs(b))
-    most = np.abs(q)
-    place, speed = q.copy(), d.copy()
-    for _ in range(3000):
-        speed = items[passes.KEEP] * speed - items[passes.PULL] * place
-        place = place + speed
-        most = np.maximum(most, np.abs(place))
-    assert roots.decays
-    assert (most <= bound * (1 + 1e-12)).all()
-    assert np.median(most / bound) > 0.7  # and not far too careful
-
-
-def test_the_roots_give_what_the_recursion_gives():
-    items, q, d = swings(200, 1)
-    roots = roots_of(items)
-    place, speed, steps = q.copy(), d.copy(), 777
-    for _ in range(steps):
-        speed = items[passes.KEEP] * speed - items[passes.PULL] * place
-        place = place + speed
-    z = np.exp(steps * roots.log)
-    size = np.abs(z) * np.hypot(*map(np.abs, roots.waves(q, d)))
-    for (a, b), found in ((roots.waves(q, d), place), (roots.increments(q, d), speed)):
-        closed = 0.5 * ((a - 1j * b) * z + (a + 1j * b) * z.conj())
-        assert (np.abs(closed - found) <= 1e-9 * size + 1e-13 * np.abs(q)).all()
-
-
-@pytest.mark.parametrize(("omega", "damping"), [(0.0, 0.1), (1e3, 0.0), (1e3, 2.0)])
-def test_there_is_no_bound_without_support_damping_or_swing(omega, damping):
-    keep, pull, _ = recursion(np.array([omega]), damping, 1e-6)
-    items = np.zeros((passes.ITEMS, 1))
-    items[[passes.KEEP, passes.PULL, passes.RADIAL]] = keep, pull, np.ones(1)
-    assert not roots_of(items).decays
 
 
 TURNING = {

@@ -58,7 +58,7 @@ def test_a_new_size_compiles_nothing(scheme, rotation):
 def test_a_part_is_no_function_of_python():
     # it has no entry for Python: called, it would jump to nowhere
     with pytest.raises(TypeError, match="flush is for compiled code alone"):
-        cyclic.flush(passes.packed)
+        cyclic.flush(passes.sum_of)
 
 
 @pytest.mark.parametrize("made", [part, inlined, rare])

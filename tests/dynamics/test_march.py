@@ -13,12 +13,12 @@ from solving import place_of, solve
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics import march as marching
-from hpcwhirl.dynamics.kernels import circulant, contact, cyclic
+from hpcwhirl.dynamics.kernels import circulant, contact
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.slots import transforms
 from hpcwhirl.dynamics.timestep import recursion
-from hpcwhirl.errors import InputError, ModelError
+from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, engine_inputs, named_scene
 
 SCHEMES = ["modal", "general", "paper", "exact"]
@@ -513,21 +513,6 @@ def test_one_kernel_marches_every_number_of_blades(blades, k, kind, scheme):
     assert own[1].contacts > 0
     assert own[1].gap_error < 1e-9
     assert own[1].contacts == pytest.approx(general[1].contacts, rel=0.2)
-
-
-@pytest.mark.parametrize("name", ["rotor", "turns", "column"])
-def test_arrays_of_another_size_are_not_marched(name):
-    # the kernel reads sizes off the state and loads vectors unchecked
-    march = March(resolve(scene()))
-    arrays, state = march.scheme.arrays, march.state
-    if name == "rotor":
-        state = state._replace(rotor=state.rotor[:-4])
-    else:
-        short = getattr(arrays.contact, name)[:-1]
-        arrays = arrays._replace(contact=arrays.contact._replace(**{name: short}))
-    with pytest.raises(ModelError, match=f"{name} of the cyclic kernel"):
-        cyclic.space_of(arrays, state)
-    cyclic.space_of(march.scheme.arrays, march.state)
 
 
 @pytest.mark.parametrize(("blades", "friction"), [(22, 0.3), (200, 0.0)])

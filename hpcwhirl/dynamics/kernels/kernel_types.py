@@ -158,7 +158,7 @@ class BodiesState(NamedTuple):
 
 
 class CyclicState(NamedTuple):
-    """State of rotor and ring in the kernels `cyclic` and `points`.
+    """State of rotor and casing in the kernel `points`.
 
     Amplitudes are in the rotating frame. There are k slots, one for each nodal
     diameter, padded. Folded arrays, (2 wide,), list all blades in the order of
@@ -166,17 +166,14 @@ class CyclicState(NamedTuple):
 
     Attributes
     ----------
-    rotor, ring : modal amplitudes, then their increments in the last even step, then
-        those in the last odd step, see `passes`; for waves see `waves`. In `points`
-        `rotor` has the waves of both bodies, and `ring` nothing
-    lam : (4 k,), N, spectrum of the multipliers of the last step as (re, im), then as
-        (im, -re). In `points` the array `held` of `point_rows.book_points`
-    gaps : (3, 2 wide) flat, m, folded gaps of three steps, step n in row n % 3; in
-        `points` the clearances alone
-    sums_b : (6 k,), J, works and losses of the rotor by slot, see
-        `stepping.pass_modes`; in `points` (3,), see `point_rows.book_points`
-    sums_c : (4 k,), J, the same for the ring; the fourth part is the power, W, of
-        `stepping.book_passing`, used by the exact flow
+    rotor : waves of both bodies, after them what their rows need of earlier steps
+    ring : nothing; the waves of the casing are in `rotor`
+    lam : (2 k,), N, spectrum of the multipliers of the last step, re, then im; by
+        points the array `held` of `point_rows.book_points`
+    gaps : (3, 2 wide) flat, m, folded gaps of three steps, step n in row n % 3; by
+        points the clearances alone
+    sums_b : J, works and losses, see `slots.pass_slots` and `point_rows.book_points`
+    sums_c : J, by slot the energy that start and pulse have given
     known : (N + 3 + CHANGES,), blades in contact in the last solution, see
         `ConstantSpace`
     last, counter, ledger, impulse : as in `BodiesState`

@@ -223,28 +223,6 @@ def element(typing: Any, a: Any, index: Any) -> Any:
 
 
 @intrinsic
-def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
-    """Return the four columns, as vectors, of the matrix whose rows are a, b, c, d."""
-    del typing, a, b, c, d
-    kind = types.UniTuple(four, FOUR)
-
-    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        del sig
-
-        def mix(x: Any, y: Any, *order: int) -> Any:
-            places = ir.Constant(ir.VectorType(ir.IntType(32), FOUR), list(order))
-            return builder.shuffle_vector(x, y, places)
-
-        low = [mix(*pair, 0, 4, 2, 6) for pair in (args[:2], args[2:])]
-        high = [mix(*pair, 1, 5, 3, 7) for pair in (args[:2], args[2:])]
-        out = [mix(*half, 0, 1, 4, 5) for half in (low, high)]
-        out += [mix(*half, 2, 3, 6, 7) for half in (low, high)]
-        return context.make_tuple(builder, kind, out)
-
-    return kind(four, four, four, four), code
-
-
-@intrinsic
 def reverse(typing: Any, a: Any) -> Any:
     """Return a vector with its four doubles in reverse order."""
     del typing, a

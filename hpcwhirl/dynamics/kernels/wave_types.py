@@ -4,191 +4,17 @@ A slot is a nodal diameter of the N blades, 0 .. N // 2; k is their number, padd
 wave or mode of a slot has one complex amplitude, for all blades. Arrays of all blades,
 (2 wide,), are in folded order: blades 0 .. N // 2 in the first half, blades N - j in
 the second, see `circulant.folded`. A step is *pending* if its contact forces are known
-but not yet applied to the amplitudes, see `passes`.
-
-The last types are those of the loop `points`, in which both bodies are waves.
+but not yet applied to the amplitudes, see `slots`.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.dynamics.kernels.kernel_types import ConstantSpace, CyclicState, Stand
 
 FORCES = 4  # forces beside multipliers: cos, sin of the pulse; x, y on the centre
-
-
-class CyclicRotor(NamedTuple):
-    """Coefficients of an equal-sector rotor as modes, up to `rows` for each of k slots.
-
-    items : (ITEMS size,), coefficients of a step of each mode, packed, see `passes`;
-        size = 2 k rows
-    hub : (2, size), m, the centre's x_o and y_o for unit re and im of the amplitudes
-    """
-
-    items: Floats
-    hub: Floats
-
-
-class WaveRotor(NamedTuple):
-    """Coefficients of an equal-sector rotor as waves, up to `rows` for each of k slots.
-
-    It is used where rotation couples the modes of a nodal diameter, see `waves`.
-
-    Attributes
-    ----------
-    items, fixed : (ITEMS rows k,), (FIXED k,), coefficients of a step of each wave, and
-        those that all waves of a slot share, defined in `waves`
-    hub : (2, 2 rows k), the centre's x_o, y_o for unit re and im of the amplitudes
-    form : (rows (rows + 1) k,), J, coefficients of Jacobi's energy: for each row of
-        waves those of its products with itself and with the later rows, re and im for
-        each slot
-    along : (2 rows k,), -1 times the tangential displacement of the tip, for unit
-        amplitudes, re and im for each slot
-    """
-
-    items: Floats
-    fixed: Floats
-    hub: Floats
-    form: Floats
-    along: Floats
-
-
-class CyclicCasing(NamedTuple):
-    """Coefficients of the casing's modes, sorted by the nodal diameters of the blades.
-
-    items : (ITEMS ring_size,), coefficients of a step of each mode, packed, see
-        `passes`
-    sign : -1 if the slot of the pulse's harmonic has its complex conjugate, else 1, see
-        `dynamics.slots.fold`
-    """
-
-    items: Floats
-    sign: float
-
-
-class CyclicContact(NamedTuple):
-    """Constants of the contact between equal sectors and a ring.
-
-    column : (N,), m/N, column 0 of the Delassus matrix W: opening of all gaps by a unit
-        multiplier on blade 0; W is circulant
-    turns : (N, 2 k) flat, cos and -sin of each slot at each blade: they give the
-        spectrum of the multipliers
-    wave : table of cos and sin by which a spectrum gives the gaps, see `passes.to_gaps`
-    flight : `Flight`, coefficients of jumps of the exact scheme, else empty
-    """
-
-    column: Floats
-    turns: Floats
-    wave: Floats
-    flight: Any
-
-
-class SampleSpace(NamedTuple):
-    """Work space for samples of a state, of `samples.sample_rotor`.
-
-    Attributes
-    ----------
-    rotor, ring, sums_b, sums_c : copies of these arrays of the state (amplitudes of
-        rotor and casing; sums of their works and losses), with the last step completed
-    columns, wall : (2 k,), m, spectra of the tips' displacements, and of the casing's
-        shape, which is set for each sample
-    tips : (N + 1, 2), m, radial and tangential displacement of each tip; then x_o, y_o
-    ledger : copy of the ledger with all works entered, J
-    again : (2 wide,), m, gaps in folded order
-    """
-
-    rotor: Floats
-    ring: Floats
-    sums_b: Floats
-    sums_c: Floats
-    columns: Floats
-    tips: Floats
-    ledger: Floats
-    again: Floats
-    wall: Floats
-
-
-class Sizes(NamedTuple):
-    """Numbers of blades N, of modes a slot of rotor and of ring, of slots, and `wide`.
-
-    Attributes
-    ----------
-    blades : N
-    rows, ring_rows : largest number of modes of a slot (nodal diameter); row f has the
-        f-th mode of every slot
-    k : number of slots, padded
-    wide : half the length of arrays of gaps in folded order, see `cyclic.widths`
-    """
-
-    blades: int
-    rows: int
-    ring_rows: int
-    k: int
-    wide: int
-
-
-class CyclicSpace(NamedTuple):
-    """Work space of the time loop for equal sectors, `cyclic`; no part of a saved run.
-
-    Attributes
-    ----------
-    out_b, out_c, spectrum : (2 k,), m, spectra of the rotor's tips, of the ring at the
-        blades, and of the gaps
-    rates : (2 wide,), m/s, rates of the gaps in folded order
-    slips : (4 k,) of the rotor, (2 k,) of the ring, from which slip is computed, see
-        `passes.slip_of`
-    between : (2 k,) each, spectra of rotor and ring for samples within a jump
-    before : (N,), m, gaps of the blades in contact at step n - 1
-    sample, contact : work space of `samples` and of the contact solver, `circulant`
-    aside : for the exact scheme, a state with copies of the arrays that a jump changes
-    seen, skipped : (8 k + 8,), (3,), spectra and marks of the last three steps, see
-        `skipped`
-    filled : (k / 4,), how many rows of the ring's modes are used at each four slots,
-        see `passes.filled_rows`
-    """
-
-    out_b: Floats
-    out_c: Floats
-    spectrum: Floats
-    rates: Floats
-    slips: tuple[Floats, Floats]
-    between: tuple[Floats, Floats]
-    before: Floats
-    sample: SampleSpace
-    contact: ConstantSpace
-    aside: CyclicState
-    seen: Floats
-    skipped: Integers
-    filled: Integers
-
-
-class Flight(NamedTuple):
-    """Coefficients of the exact scheme's jumps over steps without contact.
-
-    See `flight`; rotor and ring are body b and body c.
-
-    Attributes
-    ----------
-    total : number of steps of the run
-    certifiable : whether it can be proved that contact never recurs (the certificate)
-    counts : (P,), number of steps of each of P tabulated jumps; the last one is the
-        number between rows of evidence
-    jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size), coefficients of
-        these jumps, for the modes or waves of rotor and ring
-    bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,), coefficients of
-        the bounds of later displacements; those of a rotor's waves are defined in
-        `waves`
-    """
-
-    total: int
-    certifiable: bool
-    counts: Integers
-    jumps_b: Floats
-    jumps_c: Floats
-    bounds_b: Floats
-    bounds_c: Floats
 
 
 class PointRows(NamedTuple):
@@ -423,7 +249,7 @@ class SlotRows(NamedTuple):
     rotor, ring : (G,), numbers of rows of rotor and casing
     pairs : (e, 2) flat, indices of re of the amplitudes a and a' of four slots each
     split : number of products of the rotor, which come first
-    turns, wave : tables of cos and sin between blades and slots, as in `CyclicContact`
+    turns, wave : tables of cos and sin between blades and slots, see `slots.transforms`
     """
 
     free: Floats

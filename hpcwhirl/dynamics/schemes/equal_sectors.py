@@ -17,8 +17,8 @@ from hpcwhirl.case.speed import Interval, angle_at
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.casing import ready_at
 from hpcwhirl.dynamics.flights import LONGEST, can_fly
-from hpcwhirl.dynamics.free_modes import flushed
 from hpcwhirl.dynamics.free_motion import FreeMotion
+from hpcwhirl.dynamics.free_points import flushed
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Load
@@ -41,10 +41,11 @@ from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
     Integrator,
     at_rest,
+    nothing_booked,
     unfold,
     with_space,
+    write_gaps,
 )
-from hpcwhirl.dynamics.schemes.rotating_frame import nothing_booked, write_gaps
 from hpcwhirl.dynamics.slot_waves import (
     PART,
     SlotPlaces,

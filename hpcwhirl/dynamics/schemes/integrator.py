@@ -16,11 +16,12 @@ from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
 from hpcwhirl.dynamics.casing import waves_of_rigid, waves_of_ring
 from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
 from hpcwhirl.dynamics.kernels.vectors import aligned_zeros, all_aligned
-from hpcwhirl.dynamics.motion import Amplitudes, Motion
+from hpcwhirl.dynamics.motion import Amplitudes, Motion, gaps_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
@@ -199,3 +200,34 @@ def unfold(model: Model, found: Amplitudes, places: Floats | None = None) -> Mot
     if places is not None:
         rotor = rotor + places
     return Motion(rotor, velocity, beside @ found.casing, beside @ found.casing_rate)
+
+
+def write_gaps(
+    state: CyclicState, model: Model, scene: Scene, now: Amplitudes, before: Amplitudes
+) -> None:
+    """Compute the gaps at time 0 and a step earlier, and write them into a state.
+
+    now, before : modal amplitudes of both bodies at time 0 and at time -dt, for the
+        model of all sectors or of one
+    """
+    rows = state.gaps.reshape(3, -1)
+    chosen = folded(model.blades, widths(model.blades)[1])
+    back = -scene.speed * scene.solver.time_step
+    rows[:] = scene.gap
+    for row, found, angle in ((0, now, 0.0), (2, before, back)):
+        rotor, casing = model.rotor.shapes @ found.rotor, found.casing
+        if model.casing is not None:
+            casing = model.casing.shapes @ casing
+        rows[row] = gaps_of(model, scene.gap, rotor, casing, angle)[chosen]
+
+
+def nothing_booked(state: CyclicState, *, exact: bool) -> None:
+    """Set multipliers, works, losses and impulses in a state to 0, for a new start.
+
+    exact : whether the kernel is that of the exact flow: its state is then marked as
+        one without pending step
+    """
+    for part in (state.lam, state.sums_b, state.sums_c, state.ledger, state.impulse):
+        part[:] = 0.0
+    if exact:
+        state.counter[contact.ENDED] = 0

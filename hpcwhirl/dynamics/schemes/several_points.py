@@ -26,10 +26,10 @@ from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
     Integrator,
     at_rest,
+    nothing_booked,
     unfold,
     with_space,
 )
-from hpcwhirl.dynamics.schemes.rotating_frame import nothing_booked
 from hpcwhirl.dynamics.slots import ring_turned
 from hpcwhirl.dynamics.turning import added_by, included_in
 from hpcwhirl.dynamics.whole_waves import padded_blades
