@@ -298,8 +298,8 @@ def with_rest(rows, at, s, modes, sums):
 def moved_by(rows, at, s, modes):
     """Return the motion of a tip from step n - 1 to n + 1, m: a row of factors times s.
 
-    rows, at : `wave_types.PointRows.opens` (radial motion) or `slides` (tangential motion), and
-        the index at which the tip's row begins
+    rows, at : `wave_types.PointRows.opens` (radial motion) or `slides` (tangential
+        motion), and the index at which the tip's row begins
     s, modes : (modes + padded,), amplitudes before contact acts, then multipliers, N;
         number of amplitudes
     """
