@@ -212,12 +212,12 @@ def test_of_many_ranks_those_at_work_for_longest_are_shown(tmp_path, capsys):
 
 
 def finish_one(folder, left):
-    """Return a sleep in which another case is finished."""
+    """Return a sleep in which another case is finished, each by a run of its own."""
 
     def sleep(seconds):
         assert seconds == 0.5
         case = left.pop(0)
-        with Journal(Journals(folder), 2, 0) as journal:
+        with Journal(Journals(folder), case, 0) as journal:
             journal.append(record(case, 100.0 + case, 1.0), {})
 
     return sleep

@@ -57,7 +57,7 @@ def told():
     return values
 
 before = told()
-from hpcwhirl.dynamics.kernels import bodies, cyclic, general, points, whole
+from hpcwhirl.dynamics.kernels import bodies, cyclic, points, slots, whole
 from hpcwhirl.dynamics.kernels.flight import open_until
 assert open_until(1.0, -2.0, 0.0) == 0.5
 after = told()

@@ -84,7 +84,7 @@ def linked_aside(path):
     with h5py.File(path, "r+") as file:
         file["aside"] = h5py.ExternalLink(other.name, "/")
         file["rotor/stiffness"] = h5py.SoftLink("/aside/there")
-    return "unknown aside", "did you mean 'casing'?"
+    return "unknown aside", "known: casing, rotor"
 
 
 def raw(path):
