@@ -20,7 +20,7 @@ from solving import place_of, solve
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
 from hpcwhirl.dynamics.free_points import FreePoints
-from hpcwhirl.dynamics.kernels import circulant, contact, points, whole
+from hpcwhirl.dynamics.kernels import bounded, circulant, contact, whole
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
@@ -39,7 +39,7 @@ from hpcwhirl.store.hdf5 import write_arrays
 KINDS = {"modal": PointsRotor, "general": ModalBody}
 MODES = {1: 6, 2: 8, 7: 30, 12: 54, 22: 110, 30: 60}
 read_near, farthest = (  # parts, for Python
-    kernel(part.py_func) for part in (whole.read_near, points.farthest_point)
+    kernel(part.py_func) for part in (whole.read_near, bounded.farthest_point)
 )
 
 
@@ -217,14 +217,19 @@ def test_a_guess_takes_no_lower_bound_for_the_gap_of_a_blade_in_contact_before()
 
 
 def test_tips_are_within_a_bound_that_each_mode_alone_reaches():
-    rotor = march_of(7).scheme.arrays.rotor
+    march = march_of(7)
+    rotor = march.scheme.arrays.rotor
+
+    def far(limit, q):
+        state = march.state._replace(rotor=q)
+        return farthest(rotor.rows, rotor, limit, state, None)
+
     size, (alone,) = len(rotor.ahead), np.nonzero(rotor.reach)
     assert len(alone) > 7
     for q in np.eye(size)[alone]:
-        bound = farthest(1e9, q, rotor, 7)
-        assert bound == pytest.approx(farthest(0.0, q, rotor, 7))
+        assert far(1e9, q) == pytest.approx(far(0.0, q))
     for q in np.random.default_rng(4).normal(size=(20, size)):
-        assert 0.0 < farthest(0.0, q, rotor, 7) < farthest(1e9, q, rotor, 7)
+        assert 0.0 < far(0.0, q) < far(1e9, q)
 
 
 def test_amplitudes_that_die_out_become_zero():

@@ -21,7 +21,7 @@ def clone(tmp_path, monkeypatch):
         subprocess.run(["git", "-C", tmp_path, *own, *words], check=True,
                        capture_output=True)  # fmt: skip
 
-    for name in ("hpcwhirl/store/a.py", "hpcwhirl/dynamics/b.py", "scripts/c.sh"):
+    for name in ("hpcwhirl/store/a.py", "hpcwhirl/dynamics/b.py", "scripts/" + "c.sh"):
         path = tmp_path / name
         path.parent.mkdir(parents=True)
         path.write_text("1\n")

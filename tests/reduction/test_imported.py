@@ -197,18 +197,20 @@ def test_a_rotor_read_back_takes_the_same_operations_a_step(tmp_path, settings):
 @pytest.mark.parametrize(
     ("part", "spoil"),
     [
-        ("rotor", lambda items: np.r_[items, np.zeros(8)]),  # a slot of padding
-        ("rotor", lambda items: items.repeat(2)[::2]),
-        ("casing", lambda items: items.astype(np.float32)),
+        ("free", lambda items: np.r_[items, np.zeros(8)]),  # a slot of padding
+        ("free", lambda items: items.repeat(2)[::2]),
+        ("pushed", lambda items: items.astype(np.float32)),
+        ("ring", lambda counts: counts + 1),  # as many rows more of the casing
     ],
 )
 def test_another_layout_is_other_operations(part, spoil):
     marched = March(resolve(scene()))
     _, wanted = called(marched)
     arrays = marched.scheme.arrays
-    body = getattr(arrays, part)
-    other = body._replace(items=spoil(body.items))
-    assert called(marched, arrays._replace(**{part: other}))[1] != wanted
+    rotor = arrays.rotor
+    rows = rotor.rows._replace(**{part: spoil(getattr(rotor.rows, part))})
+    other = arrays._replace(rotor=rotor._replace(rows=rows))
+    assert called(marched, other)[1] != wanted
 
 
 def test_what_the_built_in_rotor_may_do_it_may(exported):
