@@ -113,9 +113,10 @@ def kernel_of(scene: Scene) -> tuple[Any, ...]:
 def settling_time(scene: Scene, model: Model) -> float:
     """Return the time, s, after which the untouched ring moves less than the gap.
 
-    It follows from bounds of the modes' amplitudes after the pulse, which decay as
-    e^{-xi omega t}. It is infinite for undamped modes, for a driven casing, and for a
-    casing whose shape leaves no gap.
+    It follows from bounds of the modes' amplitudes after the pulse, which decay at the
+    rate xi omega, or, beyond critical damping, at that of the slower root. It is
+    infinite for undamped modes, for a driven casing, and for a casing whose shape
+    leaves no gap.
     """
     room = room_of(scene)
     if room < 0.0:
@@ -145,17 +146,21 @@ def _settling(
     if body is None or ring is None:
         return 0.0
     modes = np.flatnonzero((body.diameter == lobes) & (body.phase == 0))
-    omega, decay = body.omega[modes], (body.ratios * body.omega)[modes]
+    omega, xi = body.omega[modes], body.ratios[modes]
+    beyond = np.maximum(xi, 1.0)  # and 1 / (xi + root of xi^2 - 1), without overflow
+    slower = beyond / 2 + np.sqrt(beyond - 1) / 2 * np.sqrt(beyond + 1)
+    decay = np.minimum(xi, 0.5 / slower) * omega
     shape = body.shapes[ring.radial[max(2 * lobes - 1, 0)], modes]
     if not (decay > 0.0).all() or gap == 0.0:
         return math.inf
     push = np.minimum(2 * pulse / (math.pi * omega), 2 / omega**2)
     sizes = force * push * shape**2
     low, high = 0.0, 50.0 / float(decay.min())
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        open_then = sizes @ np.exp(-decay * middle) < gap
-        low, high = (low, middle) if open_then else (middle, high)
+    with np.errstate(over="ignore"):  # e^{-inf} = 0 of a mode faster than the slowest
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            open_then = sizes @ np.exp(-decay * middle) < gap
+            low, high = (low, middle) if open_then else (middle, high)
     return pulse + high
 
 

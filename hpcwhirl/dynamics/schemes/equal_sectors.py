@@ -76,6 +76,7 @@ from hpcwhirl.dynamics.slots import (
     transforms,
 )
 from hpcwhirl.dynamics.turning_waves import (
+    WORST,
     Circle,
     Diameter,
     books,
@@ -102,19 +103,29 @@ def equal_sectors(model: Model, scene: Scene, beat: int) -> Integrator | None:
         is_basis(diameters) and all(books(own, mu) for own in diameters)
     ):
         return None
-    if not _oscillates(model, scene.solver.time_step, turns=bool(diameters)):
+    step, flies = scene.solver.time_step, scene.solver.flies
+    if not _oscillates(model, step, flies=flies, turns=bool(diameters)):
         return None
     return EqualWaves(model, scene, diameters, beat)
 
 
 @lru_cache(maxsize=MOST_RUBBED)
-def _oscillates(model: Model, step: float, *, turns: bool) -> bool:
+def _oscillates(model: Model, step: float, *, flies: bool, turns: bool) -> bool:
     """Return whether all modes that are integrated as pairs of waves oscillate.
 
+    flies : whether the scheme is `exact`: critical damping is less in central
+        differences
     turns : whether the rotor has terms of rotation, so that its waves are others
     """
-    bodies = [model.casing, None if turns else model.rotor]
-    return all(mode_waves(body, step).is_basis for body in bodies if body is not None)
+    both = model.casing, None if turns else model.rotor
+    bodies = [body for body in both if body is not None]
+    if not flies:
+        return all(mode_waves(body, step).is_basis for body in bodies)
+    return all(
+        (body.omega > 0.0).all()
+        and bool((np.sqrt(1 - np.minimum(body.ratios, 1.0) ** 2) * WORST > 1.0).all())
+        for body in bodies
+    )
 
 
 @dataclass(frozen=True)
