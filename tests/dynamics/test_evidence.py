@@ -130,9 +130,10 @@ def test_an_orbit_behind_the_rings_slow_ringing_is_not_damped():
 
 @pytest.mark.slow
 def test_a_word_is_monotone_in_the_growth_that_it_is_given_by():
-    # 2.48 s: 100 gaps and growing ever faster, which a straight line fits badly
+    # 2.77 s: near the amplitude limit and growing ever faster, which a straight line
+    # fits badly; when it does depends on round-off, as the motion is chaotic
     words = [
         simulate(scene(**EXPLODING, duration=duration, traces="summary")).row["regime"]
-        for duration in (2.4, 2.48)
+        for duration in (2.7, 2.77)
     ]
     assert words == ["divergent"] * 2
