@@ -103,8 +103,7 @@ def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
     for name in MOTION:
         if name in parts:
             parts[name] = of_a * getattr(a, name) + of_b * getattr(b, name)
-    last, step = contact.LAST, contact.STEP  # where multipliers may be pending
-    waits = [state.counter[last] == state.counter[step] for state in (a, b)]
+    waits = [_is_pending(state.counter) for state in (a, b)]
     if WAITING in parts:
         parts[WAITING] = of_a * waits[0] * a.lam + of_b * waits[1] * b.lam
     counter = parts["counter"]
@@ -114,6 +113,12 @@ def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
         counter[contact.LAST] = counter[contact.STEP]
         counter[contact.ENDED] = -1
     return type(a)._make(parts.values())
+
+
+def _is_pending(counter: NDArray[np.int64]) -> bool:
+    """Return whether contact forces of the last step have not acted yet."""
+    step = counter[contact.STEP]
+    return bool(counter[contact.LAST] == step and counter[contact.ENDED] != step)
 
 
 def _residual(march: March) -> float:
