@@ -148,8 +148,9 @@ class SideBySide:
     """A march and its twin, integrated to measure how fast they separate (chaos).
 
     Both integrate the same scene with the same arrays, with contact; see
-    `analysis.chaos.Twins`. The twin begins with a slightly larger motion of the casing
-    (of the rotor, if the casing is rigid), at the distance `delta`. Distances are those
+    `analysis.chaos.Twins`. The twin begins with a slightly larger motion from the start
+    of the run on, at the distance `delta`: of the casing where its state is apart, of
+    the rotor if the casing is rigid, else of both. Distances are those
     of `distance`, relative to the size of the motion: its distance from rest, the
     square root of its energy.
 
@@ -180,8 +181,9 @@ class SideBySide:
         energy = self.one.scheme.balance(a).energy * self.one.lean.model.folds
         self.size = math.sqrt(abs(float(energy)))
         aside = copy_of(self.one)
-        for moved in _moved(aside):
-            moved[:] *= 1.0 + FIRST
+        begun = _begun(case, ended).state
+        for moved, start in zip(_moved(aside), _moved(begun), strict=True):
+            moved[:] += FIRST * (moved - start)
         apart = distance(self.one, a, aside)
         if apart > 0.0:
             put_between(self.other, a, aside, delta * self.size / apart)
@@ -253,14 +255,23 @@ def _gone_on(case: Case, ended: March) -> March:
 
     It has none of that march's samples and rows of evidence, and seeks no certificate.
     """
-    march = March(case)
-    if march.lean.model.folds != ended.lean.model.folds:
-        march.unfold()
+    march = _begun(case, ended)
     march.coast, march.watched = None, 0
     march.put(ended.state)
     march.counter[contact.JUDGED] = march.steps // march.beat
     march.counter[contact.SAMPLE] = 0
     march.counter[contact.CERTIFIED] = -1
+    return march
+
+
+def _begun(case: Case, ended: March) -> March:
+    """Return a march of a case at its start, of as many sectors as an ended march.
+
+    The circle of an unbalance is a part of its state that no motion changes.
+    """
+    march = March(case)
+    if march.lean.model.folds != ended.lean.model.folds:
+        march.unfold()
     return march
 
 
