@@ -149,12 +149,13 @@ def csv_cell(value: Any) -> Any:
     """
     if not isinstance(value, str):
         return value
-    if value.startswith(FORMULA) and not _is_number(value):
+    if value.startswith(FORMULA) and not is_number(value):
         value = f"'{value}"
     return legible(value)
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Return whether a text is a number as Python writes it."""
     try:
         float(text)
     except ValueError:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from hpcwhirl.errors import nearest, one_line, shown
+from hpcwhirl.errors import is_number, nearest, one_line, shown
 from hpcwhirl.scene.units import in_si, is_unit
 
 NOTE = "#", "%"  # first characters of lines that are no part of a table
@@ -52,7 +52,7 @@ class Column:
             number = float(value)
         except ValueError as failed:
             why = f"it must be a number, got {shown(text)}"
-            if self.unit and _is_number(text):
+            if self.unit and is_number(text):
                 why = f"its unit {failed}"
             raise ValueError(f"line {line}, column {self.name}: {why}") from None
         if not math.isfinite(number):
@@ -109,7 +109,7 @@ def _numbered(text: str) -> list[tuple[int, str]]:
     if not lines or not noted:
         return lines
     head, first = (part[0][1].split() for part in (noted, lines))
-    is_head = len(head) == len(first) and _is_number(first[0])
+    is_head = len(head) == len(first) and is_number(first[0])
     return [*noted, *lines] if is_head else lines
 
 
@@ -180,14 +180,6 @@ def _are_units(cells: list[str]) -> bool:
     return bool(told) and are_words and all(map(is_unit, told))
 
 
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 def _with_point(cell: str) -> str:
     return cell.replace(",", ".") if COMMA.fullmatch(cell) else cell
 
@@ -213,4 +205,4 @@ def refuse_unknown(
 
 def _counts(cell: str) -> bool:
     """Return whether a cell is anything but empty or zero."""
-    return cell.strip() != "" and not (_is_number(cell) and float(cell) == 0.0)
+    return cell.strip() != "" and not (is_number(cell) and float(cell) == 0.0)
