@@ -20,10 +20,10 @@ from hpcwhirl.benchmark.bench import (
     step_times,
     time_marches,
 )
-from hpcwhirl.dynamics.kernels import cyclic, wave_types
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
-from hpcwhirl.dynamics.kernels.transform import products, span_of
-from hpcwhirl.dynamics.kernels.vectors import FOUR
+from hpcwhirl.dynamics.kernels.loop import wave_types
+from hpcwhirl.dynamics.kernels.loop.transform import products, span_of
+from hpcwhirl.dynamics.kernels.vectors import FOUR, widths
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
@@ -247,7 +247,7 @@ def _of_slots(rotor: wave_types.SlotRotor, blades: int, touching: float) -> Coun
 
     rotor, blades, touching : coefficients; N; mean number of blades in contact
     """
-    rows, (k, wide) = rotor.rows, cyclic.widths(blades)
+    rows, (k, wide) = rotor.rows, widths(blades)
     own, beside = FOUR * int(rows.rotor.sum()), FOUR * int(rows.ring.sum())
     split = products(blades, span_of(blades)) if touching > 0.0 else 0.0
     step = 12 * (own + beside) + 2 * FOUR * split + 4 * wide
@@ -269,7 +269,7 @@ def _of_points(rotor: wave_types.PointsRotor, points: int, touching: float) -> C
     each entry. With equal sectors each of the n_c points of a tip at which a blade
     touches takes 36 for each row and slot, once for all blades, and each wave 16 more.
     """
-    rows, folded = rotor.rows, 2.0 * cyclic.widths(points)[1]
+    rows, folded = rotor.rows, 2.0 * widths(points)[1]
     step, size = 4 * len(rotor.ahead) + 3 * folded, 2 * len(rotor.ahead) + 5 * folded
     if isinstance(rows, wave_types.SectorRows):
         own = min(rows.each, touching)

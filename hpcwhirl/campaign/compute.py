@@ -19,8 +19,8 @@ from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import Course, Ended, Result, begun, end_of
 from hpcwhirl.campaign.stop import Stop, breakable
 from hpcwhirl.case.resolve import Case, resolve
+from hpcwhirl.dynamics.bodies.motion import Motion
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.dynamics.snapshot import (
     CODE,
     Arrays,

@@ -34,10 +34,10 @@ from hpcwhirl.case.limits import told_of_film
 from hpcwhirl.case.profile import told_of_profile
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import angle_at, changes
+from hpcwhirl.dynamics.bodies.motion import Motion
+from hpcwhirl.dynamics.bodies.operators import wears
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.motion import Motion
-from hpcwhirl.dynamics.operators import wears
 from hpcwhirl.dynamics.side_by_side import SideBySide
 from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
 from hpcwhirl.errors import InputError

@@ -11,9 +11,9 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
 - `paper` is Algorithm 1 on dense matrices, the reference for the other schemes.
 - `modal` integrates waves of both bodies in the rotating frame, in which no coefficient
   depends on the position of the blades: a step multiplies each complex amplitude by a
-  complex number (`kernels.points`). With three or more equal sectors, one contact point
+  complex number (`loop.points`). With three or more equal sectors, one contact point
   a tip and a ring of harmonics, waves lie in slots, one for each nodal diameter
-  (`kernels.slots`): one real transform of N points gives all gaps of both bodies, its
+  (`loop.slots`): one real transform of N points gives all gaps of both bodies, its
   conjugate all modal forces, and one pass a step reads and writes each amplitude once.
   For unequal sectors, and fewer than three, for several contact points a tip, and for
   supports that differ by direction or have a film, waves have rows of points. There
@@ -42,7 +42,7 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
 With `rotation = "full"` the modes of a nodal diameter are coupled. `modal` and `exact`
 then integrate waves of the coupled modes, forward and backward ones separately
 (`turning_waves`); without rotation, a mode is two waves (`slot_waves`). The type of the
-rows chooses the functions that the loop calls (`kernels.point_verbs`). Waves of the
+rows chooses the functions that the loop calls (`loop.point_verbs`). Waves of the
 whole rotor are coupled with rotation (`whole_waves`); otherwise each mode is a wave
 (`mode_waves`). `general` and `paper` integrate blocks or matrices, and `general` takes
 over from `modal` if waves nearly coincide.

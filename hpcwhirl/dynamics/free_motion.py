@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
-from hpcwhirl.dynamics.flights import die_out
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Strides, Tracks
+from hpcwhirl.dynamics.waves.flights import die_out
 
 BLOCK = 256  # samples evaluated at once
 

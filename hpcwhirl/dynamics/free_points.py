@@ -12,13 +12,13 @@ from functools import cached_property
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats
-from hpcwhirl.dynamics.flights import die_out
 from hpcwhirl.dynamics.free_motion import BLOCK, Start
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.bodies import TINY
+from hpcwhirl.dynamics.kernels.contact import TINY
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Strides, Tracks
-from hpcwhirl.dynamics.point_arrays import Reads
-from hpcwhirl.dynamics.point_waves import real_rows
+from hpcwhirl.dynamics.waves.flights import die_out
+from hpcwhirl.dynamics.waves.point_arrays import Reads
+from hpcwhirl.dynamics.waves.point_waves import real_rows
 
 
 class FreePoints:

@@ -256,7 +256,7 @@ def cache_facts() -> dict[str, Any]:
 
 PLAIN = is_plain(numba.__version__, os.environ.get("HPCWHIRL_PLAIN_NUMBA", ""))
 HERE = Path(__file__).parent
-FILES = sorted([*HERE.glob("kernels/*.py"), *HERE.glob("schemes/*.py")])
+FILES = sorted([*HERE.glob("kernels/**/*.py"), *HERE.glob("schemes/*.py")])
 DIGEST = digest_of(FILES)
 WANTED = _cache_base(numba_config.CACHE_DIR) / DIGEST
 KEPT = _may_write(WANTED)  # if False, every process compiles everything again

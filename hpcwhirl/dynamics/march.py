@@ -20,21 +20,21 @@ from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.profile import NEVER, held_displacement, release_step
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
-from hpcwhirl.dynamics.casing import wall_of
+from hpcwhirl.dynamics.bodies.motion import Motion, check_continuable, turned
+from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_of
 from hpcwhirl.dynamics.free_motion import WaveDecay
 from hpcwhirl.dynamics.free_points import FreePoints
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Strides, Tracks
-from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
-from hpcwhirl.dynamics.operators import friction_with_sign, rods_of
+from hpcwhirl.dynamics.kernels.loop.flight import LESS
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.by_sectors import folds_well
 from hpcwhirl.dynamics.schemes.equal_sectors import EqualWaves
 from hpcwhirl.dynamics.schemes.several_points import BothAsWaves
 from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
+from hpcwhirl.dynamics.waves.casing import wall_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
 

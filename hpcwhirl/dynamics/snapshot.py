@@ -24,7 +24,7 @@ from hpcwhirl.case.profile import NEVER, told_of_release
 from hpcwhirl.case.speed import laws_of
 from hpcwhirl.dynamics.kernel_cache import DIGEST
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.wave_types import SlotFlight
+from hpcwhirl.dynamics.kernels.loop.wave_types import SlotFlight
 from hpcwhirl.dynamics.march import March
 
 Arrays = dict[str, NDArray[Any]]

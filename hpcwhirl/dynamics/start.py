@@ -29,7 +29,7 @@ import numpy as np
 from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.case.profile import departure_at_start
 from hpcwhirl.case.resolve import Case
-from hpcwhirl.dynamics.motion import Amplitudes, Motion, gaps_of
+from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, gaps_of
 from hpcwhirl.dynamics.schemes.integrator import unfold
 from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.families import family_ranks

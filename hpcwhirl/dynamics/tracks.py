@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.growth import free_growth
 from hpcwhirl.case.limits import shortest_limits
+from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.case.unbalance import centre_of, circle, swing
-from hpcwhirl.dynamics.casing import unfolded
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Tracks
+from hpcwhirl.dynamics.schemes.integrator import Integrator
+from hpcwhirl.dynamics.waves.casing import unfolded
 from hpcwhirl.reduction.model import Model
-
-if TYPE_CHECKING:
-    from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import Scene
 
 CERTAIN = 4  # reason for the end that no kernel returns: a certificate
 STOPS = {  # {counter STOP: name of the reason for the end of a run}
@@ -30,6 +30,42 @@ STOPS = {  # {counter STOP: name of the reason for the end of a run}
     CERTAIN: "certain",
 }
 NO_LAYER = np.zeros((3, 0))  # for kernels whose states have no `worn`
+
+
+class Run(Protocol):
+    """What a history is made of: a march, see `march.March`.
+
+    Attributes
+    ----------
+    scene, model, lean : scene and model of all sectors; those that are integrated
+    scheme, state, tracks : integrator, its state, samples and rows written so far
+    stresses : (samples, N, P), Pa, at the named points of all blades
+    stride, beat : steps between samples, and between rows of evidence
+    interval, seconds : s, output interval; wall time of all slices
+    counter, steps : the state's counters; steps taken so far
+    evidence_columns : number of columns of a row of evidence
+    """
+
+    scene: Scene
+    model: Model
+    lean: Marched
+    scheme: Integrator
+    state: Any
+    tracks: Tracks
+    stresses: Floats
+    stride: int
+    beat: int
+    interval: float
+    seconds: float
+
+    @property
+    def counter(self) -> Integers: ...  # noqa: D102
+
+    @property
+    def steps(self) -> int: ...  # noqa: D102
+
+    @property
+    def evidence_columns(self) -> int: ...  # noqa: D102
 
 
 def empty_tracks(
@@ -59,7 +95,7 @@ def empty_tracks(
     )  # fmt: skip
 
 
-def history_of(march: March) -> History:
+def history_of(march: Run) -> History:
     """Return the history of a march so far: its samples, totals and present ledger.
 
     Values of one sector that represents all are extended to all. The samples end with
@@ -136,7 +172,7 @@ def _by_point(model: Model, tips: Floats, pushed: Floats) -> dict[str, Floats]:
     return dict(zip(("point_tips", "point_impulse"), own, strict=True))
 
 
-def _circle(march: March, time: Floats) -> Floats:
+def _circle(march: Run, time: Floats) -> Floats:
     """Return the orbit of the centre that unbalance causes without contact.
 
     It is 0 without unbalance.
@@ -160,7 +196,7 @@ def _circle(march: March, time: Floats) -> Floats:
     return np.column_stack([z.real, z.imag])
 
 
-def _blur(march: March) -> tuple[float, float]:
+def _blur(march: Run) -> tuple[float, float]:
     """Return how far round-off may have moved an unbalanced rotor from its circle.
 
     The result, for the steps taken so far, is an energy, J, and a squared distance of
@@ -170,7 +206,7 @@ def _blur(march: March) -> tuple[float, float]:
     return march.steps * energy, march.steps * squared
 
 
-def _free_growth(march: March, judged: Evidence) -> Floats:
+def _free_growth(march: Run, judged: Evidence) -> Floats:
     """Return the growth rate of the engine's fastest growing free motion, (b,), 1/s.
 
     It is that at the speed of each of b rows of evidence; at a constant speed (1,). It
@@ -184,7 +220,7 @@ def _free_growth(march: March, judged: Evidence) -> Floats:
     return np.asarray(np.interp(speed_at(march.scene, judged.time), knots, rates))
 
 
-def _judged(march: March) -> Evidence:
+def _judged(march: Run) -> Evidence:
     """Return the evidence that a march has stored so far.
 
     Energies of one of g sectors that move alike are multiplied by g.
@@ -199,7 +235,7 @@ def _judged(march: March) -> Evidence:
     return Evidence(time, centre, *[*numbers, whole])
 
 
-def _closing(march: March) -> dict[str, float]:
+def _closing(march: Run) -> dict[str, float]:
     """Return the energy balance (ledger) of all sectors, {term: J}, at this step.
 
     If that is not finite, return the ledger at the last row of evidence, which is

@@ -200,7 +200,7 @@ def rotor_by_diameter(model: Model) -> ModalModel:
     motions do not depend on contact: they are computed with this rotor, in which only
     the reference points count as tips, so that equal sectors are recognised as with one
     point per tip. The time integration has waves of its own, see
-    `dynamics.point_sectors`.
+    `dynamics.waves.point_sectors`.
 
     It is the model's rotor unchanged, unless tips have several points and sectors are
     equal within `recognise.EQUAL`: then modes have nodal diameters and, with terms of

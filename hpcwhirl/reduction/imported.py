@@ -81,7 +81,9 @@ def rotor_from(
         model = _from_matrices(given, blades, damping, eta, turns=turns)
     else:
         model = _from_modes(given, blades, damping)
-    if model.points is None:  # for several points a tip see `dynamics.point_sectors`
+    if (
+        model.points is None
+    ):  # for several points a tip see `dynamics.waves.point_sectors`
         model = turned_alike(equal_sectors(model, blades), model, blades)
     model = _with_shaft(given, model, blades)
     if "damping" in given or "damping_ratio" in given:

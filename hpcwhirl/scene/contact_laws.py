@@ -2,7 +2,7 @@
 
 A scheme that cannot integrate a law is refused; with a layer, which wears, the scheme
 `modal` runs as `general`. The kernels' arguments of a contact law are made in
-`dynamics.operators`.
+`dynamics.bodies.operators`.
 """
 
 from __future__ import annotations

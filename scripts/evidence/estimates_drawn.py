@@ -26,7 +26,7 @@ from hpcwhirl.case.limits import SAFE
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.rotation_choice import change_of, choice_of
 from hpcwhirl.case.truncation import truncation_error
-from hpcwhirl.dynamics.timestep import central_differences
+from hpcwhirl.dynamics.bodies.timestep import central_differences
 from hpcwhirl.scene import (
     Scene,
     apply_settings,

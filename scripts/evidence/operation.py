@@ -43,9 +43,9 @@ from hpcwhirl.analysis.over_speed import words_over_speed
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case import speed
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.bodies.motion import Motion
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.scene import Scene, apply_settings
 
 UNBALANCED = {

@@ -17,9 +17,10 @@ from scipy.linalg import expm
 
 from hpcwhirl.campaign.simulate import Result, result_of
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.bodies.operators import contact_operators
+from hpcwhirl.dynamics.bodies.pulse import pulse_load
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.operators import contact_operators, pulse_load
 from hpcwhirl.errors import InputError, WhirlError
 from hpcwhirl.scene import Scene, apply_settings, flatten, named_scene, parse_setting
 

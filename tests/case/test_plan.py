@@ -12,11 +12,11 @@ from hpcwhirl.case.explain import facts_of_plan
 from hpcwhirl.case.plan import folded_model, folds_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics import turning_waves, whole_waves
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
+from hpcwhirl.dynamics.kernels.vectors import widths
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.waves import turning_waves, whole_waves
 from hpcwhirl.errors import ModelError
 from hpcwhirl.reduction.growth import Band, Span, Stability
 from hpcwhirl.scene import apply_settings, named_scene

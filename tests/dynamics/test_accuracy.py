@@ -6,9 +6,9 @@ from scipy.optimize import brentq
 
 from hpcwhirl.case.limits import HARDLY, SAFE, frequency_error, longest_phase, turned
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.bodies.timestep import central_differences
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.timestep import central_differences
-from hpcwhirl.dynamics.turning_waves import diameters_of
+from hpcwhirl.dynamics.waves.turning_waves import diameters_of
 from hpcwhirl.reduction.waves import diameter_matrices, quadratic_roots
 from hpcwhirl.scene import apply_settings, named_scene
 

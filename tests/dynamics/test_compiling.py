@@ -22,8 +22,9 @@ from hpcwhirl.benchmark.bench import fma_peak
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import bench
 from hpcwhirl.dynamics import kernel_cache
-from hpcwhirl.dynamics.kernels import compiler, cyclic, passes, points
+from hpcwhirl.dynamics.kernels import compiler
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
+from hpcwhirl.dynamics.kernels.loop import cyclic, passes, points
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.scene.schemes import NAMES
@@ -312,7 +313,7 @@ def test_a_text_with_other_triple_quotes_is_digested_as_it_is():
 
 STEPS = """
 from hpcwhirl.dynamics import kernel_cache
-from hpcwhirl.dynamics.kernels.flight import open_until
+from hpcwhirl.dynamics.kernels.loop.flight import open_until
 assert open_until(1.0, -2.0, 0.0) in (0.5, 1.0)
 hits = sum(open_until.stats.cache_hits.values())
 print(kernel_cache.DIGEST, open_until(1.0, -2.0, 0.0), hits)
@@ -321,7 +322,7 @@ print(kernel_cache.DIGEST, open_until(1.0, -2.0, 0.0), hits)
 
 def test_a_new_docstring_compiles_nothing_and_a_new_constant_does(tmp_path):
     shutil.copytree(ROOT / "hpcwhirl", tmp_path / "hpcwhirl")
-    file = tmp_path / "hpcwhirl/dynamics/kernels/flight.py"
+    file = tmp_path / "hpcwhirl/dynamics/kernels/loop/flight.py"
     text = file.read_text()
     env = os.environ | {
         "PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache"),

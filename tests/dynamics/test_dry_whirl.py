@@ -34,10 +34,10 @@ import pytest
 from scipy.optimize import brentq
 
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.bodies.motion import Motion
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import BodiesState
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.scene import apply_settings, named_scene

@@ -7,14 +7,15 @@ from alike import assert_alike, assert_same_in_parts
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case.profile import departure, shape_of
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics import slot_waves
-from hpcwhirl.dynamics.kernels import contact, flight, slot_flights
-from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.slot_steps import slot_space
+from hpcwhirl.dynamics.bodies.timestep import central_differences, exact_flow
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.loop import flight, slot_flights
+from hpcwhirl.dynamics.kernels.loop.slot_steps import slot_space
+from hpcwhirl.dynamics.kernels.vectors import widths
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.schemes import equal_sectors
-from hpcwhirl.dynamics.slots import blade_waves
-from hpcwhirl.dynamics.timestep import central_differences, exact_flow
+from hpcwhirl.dynamics.waves import slot_waves
+from hpcwhirl.dynamics.waves.slots import blade_waves
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
 

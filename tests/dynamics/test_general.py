@@ -19,19 +19,20 @@ from solving import place_of, solve
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
+from hpcwhirl.dynamics.bodies.motion import gaps_of
+from hpcwhirl.dynamics.bodies.timestep import recursion
 from hpcwhirl.dynamics.free_points import FreePoints
-from hpcwhirl.dynamics.kernels import bounded, circulant, contact, whole
+from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
-from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
-from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import ModalBody
-from hpcwhirl.dynamics.kernels.wave_types import PointsRotor
+from hpcwhirl.dynamics.kernels.loop import bounded, circulant, whole
+from hpcwhirl.dynamics.kernels.loop.circulant import folded
+from hpcwhirl.dynamics.kernels.loop.flight import LESS
+from hpcwhirl.dynamics.kernels.loop.wave_types import PointsRotor
+from hpcwhirl.dynamics.kernels.vectors import widths
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.mode_waves import mode_waves
-from hpcwhirl.dynamics.motion import gaps_of
-from hpcwhirl.dynamics.timestep import recursion
+from hpcwhirl.dynamics.waves.mode_waves import mode_waves
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.store.hdf5 import write_arrays

@@ -7,13 +7,14 @@ from solving import place_of
 from solving import solve as solve_row
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.kernels import circulant, contact, whole
+from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
-from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
-from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.loop import circulant, whole
+from hpcwhirl.dynamics.kernels.loop.circulant import folded
+from hpcwhirl.dynamics.kernels.vectors import widths
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.slots import transforms
+from hpcwhirl.dynamics.waves.slots import transforms
 from hpcwhirl.scene import Scene, apply_settings
 
 read_all, open_whole = (  # parts, for Python

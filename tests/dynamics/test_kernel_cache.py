@@ -17,7 +17,7 @@ USERS = """
 import sys
 from numba import njit
 if "ours" in sys.argv:
-    import hpcwhirl.dynamics.kernels.points
+    import hpcwhirl.dynamics.kernels.loop.points
 @njit(cache=True)
 def twice(x):
     return 2.0 * x
@@ -57,8 +57,9 @@ def told():
     return values
 
 before = told()
-from hpcwhirl.dynamics.kernels import bodies, cyclic, points, slots, whole
-from hpcwhirl.dynamics.kernels.flight import open_until
+from hpcwhirl.dynamics.kernels.oracle import bodies
+from hpcwhirl.dynamics.kernels.loop import cyclic, points, slots, whole
+from hpcwhirl.dynamics.kernels.loop.flight import open_until
 assert open_until(1.0, -2.0, 0.0) == 0.5
 after = told()
 print(sorted(key for key in before | after if before.get(key) != after.get(key)))
@@ -174,7 +175,7 @@ def test_code_of_another_signature_is_not_taken(variant):
 
 
 CALL = """
-from hpcwhirl.dynamics.kernels.flight import open_until
+from hpcwhirl.dynamics.kernels.loop.flight import open_until
 print(open_until(1.0, -2.0, 0.0), sum(open_until.stats.cache_hits.values()))
 """
 

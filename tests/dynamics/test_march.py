@@ -13,11 +13,12 @@ from solving import place_of, solve
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics import march as marching
-from hpcwhirl.dynamics.kernels import circulant, contact
+from hpcwhirl.dynamics.bodies.timestep import recursion
+from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
+from hpcwhirl.dynamics.kernels.loop import circulant
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.slots import transforms
-from hpcwhirl.dynamics.timestep import recursion
+from hpcwhirl.dynamics.waves.slots import transforms
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, engine_inputs, named_scene
 

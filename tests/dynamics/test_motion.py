@@ -1,13 +1,13 @@
-"""A motion that is read and begun again goes on: the laws of `dynamics.motion`."""
+"""A motion that is read and begun again goes on: the laws of `bodies.motion`."""
 
 import numpy as np
 import pytest
 
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.unbalance import circle
+from hpcwhirl.dynamics.bodies.motion import Motion, turned
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.motion import Motion, turned
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
 

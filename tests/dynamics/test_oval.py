@@ -12,9 +12,9 @@ from hpcwhirl import simulate
 from hpcwhirl.analysis.over_speed import spells_of
 from hpcwhirl.case.profile import departure, room_of, shape_of
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.casing import wall_of
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.waves.casing import wall_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene

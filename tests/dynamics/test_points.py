@@ -14,8 +14,8 @@ from stage import ANGLES, GAPS, STATIONS, N, by_modes, rotor, turning
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels.contact import pulse_of
-from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.wave_types import PointRows, SectorRows
+from hpcwhirl.dynamics.kernels.loop.wave_types import PointRows, SectorRows
+from hpcwhirl.dynamics.kernels.vectors import widths
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene

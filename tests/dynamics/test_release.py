@@ -7,11 +7,11 @@ from alike import assert_same_in_parts
 from hpcwhirl.case.profile import departure, held_displacement, profile_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.speed import USUAL
+from hpcwhirl.dynamics.bodies.motion import Motion
+from hpcwhirl.dynamics.bodies.timestep import recursion
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.dynamics.side_by_side import SideBySide, copy_of, put_between
-from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.waves import tip_growth
 from hpcwhirl.scene import Scene, apply_settings, named_scene

@@ -12,8 +12,9 @@ from scipy.integrate import solve_ivp
 
 from hpcwhirl.case import speed
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.bodies.operators import layer_of
+from hpcwhirl.dynamics.bodies.pulse import pulse_load
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.operators import layer_of, pulse_load
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.waves import turning_matrices
 from hpcwhirl.scene import apply_settings, named_scene

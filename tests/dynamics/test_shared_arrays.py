@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics import slots
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.schemes import equal_sectors
+from hpcwhirl.dynamics.waves import slots
 from hpcwhirl.scene import Scene, apply_settings
 
 

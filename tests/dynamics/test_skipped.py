@@ -5,11 +5,11 @@ import pytest
 from alike import assert_same_in_parts
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.kernels import passes, skipped
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.contact import TOUCHED
-from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.slots import transforms
+from hpcwhirl.dynamics.kernels.loop import passes, skipped
+from hpcwhirl.dynamics.kernels.vectors import widths
+from hpcwhirl.dynamics.waves.slots import transforms
 from hpcwhirl.scene import Scene, apply_settings
 
 begin, gaps_if_near, catch_up, to_gaps = (  # parts, for Python

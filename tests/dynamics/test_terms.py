@@ -5,7 +5,7 @@ import pytest
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.wave_types import PointRows, PointsRotor, SectorRows
+from hpcwhirl.dynamics.kernels.loop.wave_types import PointRows, PointsRotor, SectorRows
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings
 

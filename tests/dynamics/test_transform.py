@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hpcwhirl.dynamics.kernels import passes, transform
-from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
-from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.slots import transforms
+from hpcwhirl.dynamics.kernels.loop import passes, transform
+from hpcwhirl.dynamics.kernels.loop.circulant import folded
+from hpcwhirl.dynamics.kernels.vectors import widths
+from hpcwhirl.dynamics.waves.slots import transforms
 
 to_gaps, to_slots = (  # parts, for Python
     kernel(part.py_func) for part in (passes.to_gaps, transform.to_slots)

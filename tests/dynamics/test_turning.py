@@ -8,23 +8,23 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.bodies.motion import Motion, gaps_of
+from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rotor_compliance
+from hpcwhirl.dynamics.bodies.turning import by_diameter, turning
 from hpcwhirl.dynamics.free_motion import WaveDecay
 from hpcwhirl.dynamics.history import LEDGER_TERMS
 from hpcwhirl.dynamics.kernels import keep_inverse
-from hpcwhirl.dynamics.kernels.bounded import points_space
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.contact import LAST
-from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
-from hpcwhirl.dynamics.kernels.wave_types import PointsRotor, SlotRotor
+from hpcwhirl.dynamics.kernels.loop.bounded import points_space
+from hpcwhirl.dynamics.kernels.loop.flight import LESS
+from hpcwhirl.dynamics.kernels.loop.wave_types import PointsRotor, SlotRotor
+from hpcwhirl.dynamics.kernels.vectors import widths
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.motion import Motion, gaps_of
-from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
 from hpcwhirl.dynamics.schemes import modal, several_points
-from hpcwhirl.dynamics.turning import by_diameter, turning
-from hpcwhirl.dynamics.turning_waves import Flow, diameters_of
-from hpcwhirl.dynamics.whole_waves import whole_waves
+from hpcwhirl.dynamics.waves.turning_waves import Flow, diameters_of
+from hpcwhirl.dynamics.waves.whole_waves import whole_waves
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.reduction.waves import largest_growth, stiff_up_to, turning_matrices

@@ -32,9 +32,9 @@ from hpcwhirl.campaign.simulate import notes_on, result_of, simulate
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.unbalance import CLEAR, centre_of, circle, facts_of_unbalance
 from hpcwhirl.cli import main
+from hpcwhirl.dynamics.bodies.turning import by_diameter
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.turning import by_diameter
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.waves import turning_matrices, unbalance_speeds

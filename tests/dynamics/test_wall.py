@@ -5,9 +5,9 @@ import pytest
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics.casing import wall_of
 from hpcwhirl.dynamics.kernels.shape import faded
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.waves.casing import wall_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
 

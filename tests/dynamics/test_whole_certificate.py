@@ -6,8 +6,8 @@ from alike import assert_rest_as_marched
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.free_points import FreePoints
-from hpcwhirl.dynamics.kernels.flight import LESS
-from hpcwhirl.dynamics.kernels.wave_types import PointsRotor
+from hpcwhirl.dynamics.kernels.loop.flight import LESS
+from hpcwhirl.dynamics.kernels.loop.wave_types import PointsRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings
 

@@ -7,8 +7,7 @@ from hpcwhirl.analysis.regimes import Thresholds, growths, name_regime
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case import limits
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics import slots
-from hpcwhirl.dynamics.kernels.slots import (
+from hpcwhirl.dynamics.kernels.loop.slots import (
     CASING,
     FLOW,
     FLOW_CASING,
@@ -17,9 +16,10 @@ from hpcwhirl.dynamics.kernels.slots import (
     PUSH_RE,
     PUSHED,
 )
-from hpcwhirl.dynamics.kernels.wave_types import FlowRows
+from hpcwhirl.dynamics.kernels.loop.wave_types import FlowRows
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.schemes import equal_sectors
+from hpcwhirl.dynamics.waves import slots
 from hpcwhirl.scene import apply_settings, named_scene
 
 SCHEMES = ["modal", "exact", "general", "paper"]

@@ -14,7 +14,7 @@ from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics.kernels.wave_types import PointsRotor, SlotRotor
+from hpcwhirl.dynamics.kernels.loop.wave_types import PointsRotor, SlotRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.errors import InputError, MissingFileError, ModelError

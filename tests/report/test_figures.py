@@ -20,7 +20,7 @@ from hpcwhirl.analysis.rotation import critical_of, own_waves, waves_over
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics.operators import rods_of
+from hpcwhirl.dynamics.bodies.operators import rods_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 from rotor_files import written
 
-from hpcwhirl.dynamics.turning import by_diameter
+from hpcwhirl.dynamics.bodies.turning import by_diameter
 from hpcwhirl.reduction.bodies import casing_model
 from hpcwhirl.scene import Scene, apply_settings, content_digest
 from hpcwhirl.structure import bladed_disk

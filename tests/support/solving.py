@@ -1,8 +1,8 @@
 """The contact problem of a constant W, solved by the kernels' parts from Python."""
 
-from hpcwhirl.dynamics.kernels import circulant
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.compiled import kernel
+from hpcwhirl.dynamics.kernels.loop import circulant
 
 place_of = keep.place_of.py_func
 guess, seek, recall = circulant.guess, circulant.seek, keep.recall

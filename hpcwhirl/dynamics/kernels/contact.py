@@ -50,6 +50,9 @@ COLUMNS = 7  # number of columns of the evidence at constant speed
 BESIDE_X, BESIDE_Y, OF_WHOLE = range(COLUMNS, COLUMNS + 3)  # see `verbs.note_beside`
 LOOK_EVERY = 32  # steps between two checks of the tips' displacements
 SLIP_EVERY = 8  # one of so many steps with contact is checked for slip
+FLUSH_EVERY = 256  # steps between two searches for tiny amplitudes, see `flush`
+TINY = 1e-150  # magnitude below which an amplitude is set to 0
+NOWHERE = 1.0  # m, gap of a lost blade
 NEAR = 0.5  # share of the amplitude limit beyond which every step is checked
 # reasons to stop a run: none yet; a tip beyond the amplitude limit; a number that is
 # not finite; a contact problem without solution

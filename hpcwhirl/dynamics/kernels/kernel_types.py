@@ -3,7 +3,7 @@
 Numba treats a NamedTuple like a tuple; a kernel unpacks it once, at its beginning. The
 suffixes `_b` and `_c` are those of rotor (blades) and casing. There are N blades and k
 slots, one for each nodal diameter, padded; arrays of all gaps in folded order are (2
-wide,), see `circulant.folded` and `cyclic.widths`. Types of the loop `bodies`, whose
+wide,), see `circulant.folded` and `vectors.widths`. Types of the loop `bodies`, whose
 casing is in the static frame, come last.
 """
 
@@ -29,7 +29,7 @@ class Wall(NamedTuple):
     lobes : k, number of lobes of the pulse, and of a rigid casing
     orders : (n,), h; n = 0 for a round casing
     slots, signs : (n,), slot (nodal diameter) of each harmonic, and -1 where the slot
-        has its conjugate, else 1, see `dynamics.slots.fold`
+        has its conjugate, else 1, see `dynamics.waves.slots.fold`
     cosine, sine : (n,), a and b, m
     growth, rise : (n,), sigma, 1/s; time of fading in, s, 0 for none
     room : m, least clearance over all angles, once the shape has faded in
@@ -421,7 +421,7 @@ class Stand(NamedTuple):
 class CoupledBody(NamedTuple):
     """A rotor's modes that are coupled by its rotation, see `turning`.
 
-    At a changing speed, see `dynamics.varying`, the amplitudes of the first `own` modes
+    At a changing speed, see `bodies.varying`, the amplitudes of the first `own` modes
     are those of y, the motion that contact causes; the further ones are those of the
     motion without contact, mode by mode.
 

@@ -28,8 +28,21 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.kernels.compiled import inlined
 
 FOUR = 4
+EIGHT = 2 * FOUR  # modes and folded blades are padded to a multiple of this
+ROW = 2 * EIGHT  # numbers that `whole.four_sums` multiplies at once
 LINE = 64  # bytes of a cache line
 _VECTOR = ir.VectorType(ir.DoubleType(), FOUR)
+
+
+def widths(blades: int) -> tuple[int, int]:
+    """Return (k, wide): padded lengths of a spectrum's real part, and of half the gaps.
+
+    Both are N // 2 + 1, rounded up to a multiple of four: a spectrum has k nodal
+    diameters, and an array of all gaps in folded order is (2 wide,), see
+    `circulant.folded`.
+    """
+    slots = -(-(blades // 2 + 1) // FOUR) * FOUR
+    return slots, slots
 
 
 def aligned(values: NDArray[Any]) -> NDArray[Any]:
@@ -370,3 +383,19 @@ def store_six(out, v, six):
     store(out, v + 4 * FOUR, e)
     store(out, v + 5 * FOUR, f)
     return lower_of(lower_of(lower_of(a, b), lower_of(c, d)), lower_of(e, f))
+
+
+@inlined
+def load_both(a, size, m):
+    """Return four complex values (re, im): re from a[m], im from a[size + m] on."""
+    return load(a, m), load(a, size + m)
+
+
+@inlined
+def store_both(a, size, m, value):
+    """Store four complex values: re from a[m], im from a[size + m] on.
+
+    a, size, m : array, number of its real parts, index; value : (re, im)
+    """
+    store(a, m, value[0])
+    store(a, size + m, value[1])

@@ -5,7 +5,7 @@ They are integrated as amplitudes of modes or, if rotation couples these, of wav
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.turning_waves import (
+from hpcwhirl.dynamics.waves.turning_waves import (
     diameters_of,
     is_basis,
 )

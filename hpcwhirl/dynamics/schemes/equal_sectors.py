@@ -1,6 +1,6 @@
 """Integrator of equal sectors with one contact point a tip: waves of rotor and casing.
 
-All waves lie in slots, one for each nodal diameter, see `kernels.slots`.
+All waves lie in slots, one for each nodal diameter, see `kernels.loop.slots`.
 """
 
 from __future__ import annotations
@@ -15,18 +15,16 @@ from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.case.speed import Interval, angle_at
 from hpcwhirl.case.unbalance import circle, share_at_start
-from hpcwhirl.dynamics.casing import ready_at
-from hpcwhirl.dynamics.flights import LONGEST, can_fly
+from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, amplitudes, lowering
+from hpcwhirl.dynamics.bodies.operators import friction_with_sign
 from hpcwhirl.dynamics.free_motion import FreeMotion
 from hpcwhirl.dynamics.free_points import flushed
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Load
-from hpcwhirl.dynamics.kernels.points import march_points
-from hpcwhirl.dynamics.kernels.slot_steps import slot_space, works_of_slots
-from hpcwhirl.dynamics.kernels.slots import SEEN, energies_of_slots
-from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
-from hpcwhirl.dynamics.kernels.wave_types import (
+from hpcwhirl.dynamics.kernels.loop.points import march_points
+from hpcwhirl.dynamics.kernels.loop.slot_steps import slot_space, works_of_slots
+from hpcwhirl.dynamics.kernels.loop.slots import SEEN, energies_of_slots
+from hpcwhirl.dynamics.kernels.loop.wave_types import (
     FlowRows,
     SlotContact,
     SlotFlight,
@@ -34,9 +32,7 @@ from hpcwhirl.dynamics.kernels.wave_types import (
     SlotRotor,
     SlotRows,
 )
-from hpcwhirl.dynamics.mode_waves import mode_waves
-from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes, lowering
-from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned, widths
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
     Integrator,
@@ -46,7 +42,10 @@ from hpcwhirl.dynamics.schemes.integrator import (
     with_space,
     write_gaps,
 )
-from hpcwhirl.dynamics.slot_waves import (
+from hpcwhirl.dynamics.waves.casing import ready_at
+from hpcwhirl.dynamics.waves.flights import LONGEST, can_fly
+from hpcwhirl.dynamics.waves.mode_waves import mode_waves
+from hpcwhirl.dynamics.waves.slot_waves import (
     PART,
     SlotPlaces,
     SlotWaves,
@@ -60,7 +59,7 @@ from hpcwhirl.dynamics.slot_waves import (
     slot_rows,
     turned,
 )
-from hpcwhirl.dynamics.slots import (
+from hpcwhirl.dynamics.waves.slots import (
     MOST_RUBBED,
     blade_waves,
     fold,
@@ -75,7 +74,7 @@ from hpcwhirl.dynamics.slots import (
     rotor_table,
     transforms,
 )
-from hpcwhirl.dynamics.turning_waves import (
+from hpcwhirl.dynamics.waves.turning_waves import (
     WORST,
     Circle,
     Diameter,

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-import hpcwhirl.dynamics.kernels.coupled
-import hpcwhirl.dynamics.kernels.modes
+import hpcwhirl.dynamics.kernels.oracle.coupled
+import hpcwhirl.dynamics.kernels.oracle.modes
 import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, law_of
 from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
+from hpcwhirl.dynamics.bodies.motion import FreeSteps, Motion
+from hpcwhirl.dynamics.bodies.operators import friction_with_sign, modal_arrays
+from hpcwhirl.dynamics.bodies.turning import by_diameter, steps_on, turning
+from hpcwhirl.dynamics.bodies.varying import DrivenRotor, DrivenSteps, driven
 from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
 from hpcwhirl.dynamics.kernels.kernel_types import BodiesState
-from hpcwhirl.dynamics.motion import FreeSteps, Motion
-from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.schemes.two_bodies import (
     Coordinates,
     TwoBodies,
     modal_coordinates,
 )
-from hpcwhirl.dynamics.turning import by_diameter, steps_on, turning
-from hpcwhirl.dynamics.varying import DrivenRotor, DrivenSteps, driven
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
@@ -92,7 +92,7 @@ class _Driven(TwoBodies):
     """Integrator of a rotor with terms of rotation whose speed changes.
 
     Its state has two motions of the rotor, that due to contact and that due to
-    unbalance and changing speed, see `dynamics.varying`.
+    unbalance and changing speed, see `dynamics.bodies.varying`.
 
     moves : whether the run starts from a motion, not at rest in the rotating frame
     """

@@ -14,14 +14,13 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.dynamics.casing import waves_of_rigid, waves_of_ring
+from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, gaps_of
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.circulant import folded
-from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
-from hpcwhirl.dynamics.kernels.vectors import aligned_zeros, all_aligned
-from hpcwhirl.dynamics.motion import Amplitudes, Motion, gaps_of
+from hpcwhirl.dynamics.kernels.loop.circulant import folded
+from hpcwhirl.dynamics.kernels.vectors import aligned_zeros, all_aligned, widths
+from hpcwhirl.dynamics.waves.casing import waves_of_rigid, waves_of_ring
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
@@ -50,7 +49,7 @@ class Integrator(ABC):
     Attributes
     ----------
     model, scene : model and scene that are integrated
-    kernel : function that takes `steps` time steps; `kernels.bodies.march_bodies`
+    kernel : function that takes `steps` time steps; `oracle.bodies.march_bodies`
         explains its arguments
     arrays : constant arrays, arguments of the kernel
     state : motion of rotor and casing, ledger and counters, which the kernel changes;
@@ -59,7 +58,7 @@ class Integrator(ABC):
     of_modes : whether these coordinates are modal amplitudes, else displacements
     jitter : energy, J, and squared distance of the centre from the circle, m^2, that
         round-off adds in a step to the motion of an unbalanced rotor, see
-        `dynamics.turning`; 0 if the state has the displacement from the circle
+        `dynamics.bodies.turning`; 0 if the state has the displacement from the circle
     """
 
     kernel: Callable[..., Any]

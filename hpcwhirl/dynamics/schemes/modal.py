@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.operators import wears
+from hpcwhirl.dynamics.bodies.operators import wears
 from hpcwhirl.dynamics.schemes import general
 from hpcwhirl.dynamics.schemes.by_sectors import has_waves, is_cyclic
 from hpcwhirl.dynamics.schemes.equal_sectors import equal_sectors

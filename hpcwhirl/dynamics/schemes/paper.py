@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-import hpcwhirl.dynamics.kernels.dense
+import hpcwhirl.dynamics.kernels.oracle.dense
 import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.case.unbalance import circle, share_at_start
-from hpcwhirl.dynamics.operators import dense_arrays
+from hpcwhirl.dynamics.bodies.operators import dense_arrays
+from hpcwhirl.dynamics.bodies.turning import jitter
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.schemes.two_bodies import TwoBodies, dense_coordinates
-from hpcwhirl.dynamics.turning import jitter
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 

@@ -10,18 +10,16 @@ import numpy as np
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, angle_at, law_of
 from hpcwhirl.case.unbalance import share_at_start, steady_at
+from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, amplitudes, lowering
+from hpcwhirl.dynamics.bodies.operators import friction_with_sign
+from hpcwhirl.dynamics.bodies.turning import added_by, included_in
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.bounded import energies_of_points, points_space
-from hpcwhirl.dynamics.kernels.circulant import folded
-from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
-from hpcwhirl.dynamics.kernels.points import march_points
-from hpcwhirl.dynamics.kernels.vectors import aligned_zeros
-from hpcwhirl.dynamics.kernels.whole import HELD
-from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes, lowering
-from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.point_arrays import TurningCasing, point_arrays
-from hpcwhirl.dynamics.point_waves import PointWaves, point_waves, real_rows
+from hpcwhirl.dynamics.kernels.loop.bounded import energies_of_points, points_space
+from hpcwhirl.dynamics.kernels.loop.circulant import folded
+from hpcwhirl.dynamics.kernels.loop.points import march_points
+from hpcwhirl.dynamics.kernels.loop.whole import HELD
+from hpcwhirl.dynamics.kernels.vectors import aligned_zeros, widths
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
     Integrator,
@@ -30,9 +28,10 @@ from hpcwhirl.dynamics.schemes.integrator import (
     unfold,
     with_space,
 )
-from hpcwhirl.dynamics.slots import ring_turned
-from hpcwhirl.dynamics.turning import added_by, included_in
-from hpcwhirl.dynamics.whole_waves import padded_blades
+from hpcwhirl.dynamics.waves.point_arrays import TurningCasing, point_arrays
+from hpcwhirl.dynamics.waves.point_waves import PointWaves, point_waves, real_rows
+from hpcwhirl.dynamics.waves.slots import ring_turned
+from hpcwhirl.dynamics.waves.whole_waves import padded_blades
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator

@@ -1,4 +1,4 @@
-"""Integrator of rotor and casing with the loop `kernels.bodies`.
+"""Integrator of rotor and casing with the loop `kernels.oracle.bodies`.
 
 Schemes `paper` and `general` use it, with displacements or modal amplitudes; the casing
 is in the static frame.
@@ -14,15 +14,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import share_at_start, steady_at
-from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
-from hpcwhirl.dynamics.kernels.contact import PULSE
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
-    BodiesState,
-    CoupledBody,
-    DenseBody,
-)
-from hpcwhirl.dynamics.motion import (
+from hpcwhirl.dynamics.bodies.motion import (
     FreeSteps,
     Motion,
     Steps,
@@ -31,9 +23,17 @@ from hpcwhirl.dynamics.motion import (
     lowering,
     modal_steps,
 )
-from hpcwhirl.dynamics.operators import unworn
+from hpcwhirl.dynamics.bodies.operators import unworn
+from hpcwhirl.dynamics.bodies.turning import amplitudes_at_start, steps_on
+from hpcwhirl.dynamics.kernels.contact import PULSE
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    BodiesState,
+    CoupledBody,
+    DenseBody,
+)
+from hpcwhirl.dynamics.kernels.oracle.bodies import energies_of, march_bodies
 from hpcwhirl.dynamics.schemes.integrator import Balance, Integrator, nothing_yet
-from hpcwhirl.dynamics.turning import amplitudes_at_start, steps_on
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
@@ -42,7 +42,7 @@ NONE = np.zeros((0, 0))
 
 
 def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
-    """Return the state of `kernels.bodies.march_bodies`, with both bodies at rest."""
+    """Return the state of `oracle.bodies.march_bodies`, with both bodies at rest."""
     own, casing = arrays.rotor, len(arrays.casing.keep)
     coupled = isinstance(own, CoupledBody)
     rotor = int(own.starts[-1]) if coupled else len(own.keep)
@@ -135,7 +135,7 @@ def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinate
 
 
 class TwoBodies(Integrator):
-    """Integrator of rotor and casing by the time loop `kernels.bodies.march_bodies`.
+    """Integrator of rotor and casing by the time loop `oracle.bodies.march_bodies`.
 
     held : how displacements of rotor and casing relate to the coordinates in the state;
         None: these are modal amplitudes
@@ -197,7 +197,7 @@ class TwoBodies(Integrator):
 
         own, rises : (m,), the rotor's coordinates at time 0, and their increments in
             the step before. The state's further coordinates, which represent the circle
-            (`dynamics.turning`), are set here, too
+            (`dynamics.bodies.turning`), are set here, too
         """
         model, scene, state, m = self.model, self.scene, self.state, len(own)
         share = share_at_start(model, scene)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hpcwhirl.analysis.blade_motion import Touches, lobes_of, touches
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.operators import rods_of
+from hpcwhirl.dynamics.bodies.operators import rods_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.points import TipPoints
 from hpcwhirl.report.canvas import (

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.kernels.wave_types import PointsRotor
+from hpcwhirl.dynamics.kernels.loop.wave_types import PointsRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings

@@ -1,0 +1,312 @@
+"""Constant arrays of the time loop `oracle.bodies`, of rotor, casing and contact.
+
+They are made once per case: coefficients of a time step of a body, as modes or as
+matrices; compliances of contact; the pulse; the rods of a layer that wears. Other time
+loops use the same friction and layer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.case.unbalance import circle
+from hpcwhirl.dynamics.bodies.pulse import pulse_load
+from hpcwhirl.dynamics.bodies.timestep import recursion
+from hpcwhirl.dynamics.bodies.turning import (
+    ALIKE,
+    circling_matrices,
+    coupled_body,
+    standing,
+    turning,
+)
+from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    NOTHING,
+    Arrays,
+    Contact,
+    CoupledBody,
+    DenseBody,
+    Layer,
+    Load,
+    ModalBody,
+    Points,
+    Ring,
+)
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.bodies import centre_rows, contact_rows
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import ModalModel, has_centre
+from hpcwhirl.scene import Scene, contact_laws
+from hpcwhirl.structure import FourierOperator
+
+LANES = 4  # modes that the kernel sums at a time; padding modes never move
+EMPTY = np.zeros((0, 0))  # matrix of a body that is absent
+
+
+def _padded(array: Floats, axis: int) -> Floats:
+    """Return a contiguous copy of an array, padded with 0 along one axis.
+
+    The length along the axis becomes a multiple of `LANES`.
+    """
+    extra = -array.shape[axis] % LANES
+    widths = [(0, extra if a == axis else 0) for a in range(array.ndim)]
+    return np.ascontiguousarray(np.pad(array, widths))
+
+
+def friction_with_sign(scene: Scene) -> float:
+    """Return mu sign(Omega): friction opposes the rotation and is 0 at Omega = 0.
+
+    mu is the coefficient of the scene's friction law at its speed.
+    """
+    return float(scene.coefficient * np.sign(scene.speed))
+
+
+def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBody:
+    """Return the time loop's arrays of a body as uncoupled modes.
+
+    body, step : the modes; None for a rigid casing, whose arrays are empty; dt, s
+    rows : the arrays `read`, `radial` and `tangential` of `ModalBody`
+    """
+    omega = body.omega if body else np.zeros(0)
+    damping = body.ratios if body else np.zeros(0)
+    keep, pull, give = recursion(omega, damping, step)
+    rate = 2 * damping * omega / (4 * step)
+    numbers = (_padded(a, 0) for a in (keep, pull, give, rate, omega))
+    return ModalBody._make([*numbers, *rows])
+
+
+def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> DenseBody:
+    """Return the time loop's arrays of a body as dense matrices.
+
+    body : matrices of the body; None: a rigid casing, whose arrays are empty
+    step : dt, s
+    places : indices of the radial, of the tangential, and of the centre's coordinates
+    """
+    if body is None:
+        return DenseBody._make([*(EMPTY,) * 7, ALIKE, *places, NOTHING])
+    damping = body.damping_matrix()
+    left = body.mass / step**2 + damping / (2 * step)
+    right = body.mass / step**2 - damping / (2 * step)
+    inverse = np.linalg.solve(left, np.eye(len(left)))
+    dense = (inverse @ right, inverse @ body.stiffness, (inverse + inverse.T) / 2)
+    matrices = (*dense, body.mass, body.stiffness, damping)
+    stored = (np.ascontiguousarray(m.T) for m in matrices)
+    return DenseBody._make([*stored, EMPTY, ALIKE, *places, NOTHING])
+
+
+def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
+    """Return the time loop's arrays of a rotor with terms of rotation, as matrices.
+
+    places : indices of the radial, of the tangential, and of the centre's coordinates
+    """
+    step, hub = turning(model, scene), np.eye(len(model.rotor.mass))[places[2]]
+    stand = standing(model, scene, step.inverse, hub)
+    stored = (np.ascontiguousarray(m.T) for m in step)
+    body = DenseBody._make([*stored, stand, *places, NOTHING])
+    steady = circle(model, scene)
+    return body if steady is None else circling_matrices(body, steady)
+
+
+def rotor_compliance(model: Model, scene: Scene) -> Floats:
+    """Return the rotor's part of the Delassus matrix, (N, N), m/N.
+
+    Entry [i, j] is the inward displacement of tip i, at the end of a step, due to a
+    unit normal force on tip j and its friction. With several contact points a tip it is
+    that of all points, (N n_c, N n_c).
+    """
+    step, mu = scene.solver.time_step, friction_with_sign(scene)
+    radial, tangential = contact_rows(model.rotor, model.blades)
+    if model.rotor.spin is not None:
+        inverse = turning(model, scene, model.rotor.shapes).inverse
+        return np.ascontiguousarray(radial @ inverse @ (radial + mu * tangential).T)
+    _, _, give = recursion(model.rotor.omega, model.rotor.ratios, step)
+    return np.ascontiguousarray((radial * give) @ (radial + mu * tangential).T)
+
+
+def contact_operators(model: Model, scene: Scene) -> Contact:
+    """Return the constants of contact: compliances, contact points and layer.
+
+    Compliances, m/N, give the displacements at the end of a step due to a unit normal
+    force and its friction (the corrections of Algorithm 1), by (M/dt^2 + D/2dt)^-1 =
+    Phi diag(give) Phi^T: the rotor's part of the Delassus matrix, and for the ring, in
+    row i, all radial displacements due to a force on radial coordinate i.
+    """
+    step, mu = scene.solver.time_step, friction_with_sign(scene)
+    w_rotor, lost = rotor_compliance(model, scene), scene.engine.rotor.lost_blade
+    points, layer = points_of(model), layer_of(scene)
+    if model.casing is None or model.ring is None:
+        return Contact(w_rotor, EMPTY, ring_kind(model), lost, points, layer)
+    _, _, give = recursion(model.casing.omega, model.casing.ratios, step)
+    outward = model.casing.shapes[model.ring.radial]
+    along = model.casing.shapes[model.ring.tangential]
+    compliance = ((outward + mu * along) * give) @ outward.T
+    return Contact(w_rotor, compliance, ring_kind(model), lost, points, layer)
+
+
+def points_of(model: Model) -> Points:
+    """Return angles, clearances and axial weights of the contact points of all tips.
+
+    Points are listed blade by blade.
+    """
+    turn, points = np.arange(model.blades) / model.blades, model.rotor.points
+    if points is not None:
+        turn = np.add.outer(turn, points.angle / (2.0 * math.pi)).ravel()
+    weight = np.ones((model.contacts, 1))
+    if isinstance(model.ring, FourierOperator):
+        weight = np.ascontiguousarray(model.ring.axial.at(model.stations))
+    return Points(model.angles, turn, model.clearances(0.0), weight)
+
+
+def ring_kind(model: Model) -> Ring:
+    """Return how a casing is discretised: rigid, of elements, or of harmonics.
+
+    With the kind come the number of elements or the highest harmonic, and the length of
+    an element, m.
+    """
+    if model.ring is None:
+        return Ring(RIGID, 0, 1.0)
+    if isinstance(model.ring, FourierOperator):
+        return Ring(WAVES, model.ring.harmonics, 1.0)
+    return Ring(ELEMENTS, model.ring.elements, model.ring.length)
+
+
+def modal_arrays(model: Model, scene: Scene) -> Arrays:
+    """Return the arrays of `oracle.bodies.march_bodies` for both bodies as modes.
+
+    If the terms of rotation are included, they couple the rotor's modes.
+    """
+    step = scene.solver.time_step
+    radial, tangential = contact_rows(model.rotor, model.blades)
+    hub = centre_rows(model.rotor, model.blades)
+    outputs = np.ascontiguousarray(_padded(np.vstack([radial, hub]), 1).T)
+    tips = _padded(radial, 1), _padded(tangential, 1)
+    rotor: ModalBody | CoupledBody
+    if model.rotor.spin is None:
+        rotor = _modal_body(model.rotor, step, outputs, *tips)
+    else:
+        rotor = coupled_body(model, scene)
+    outward, along, lobes = EMPTY, EMPTY, np.zeros(0)
+    if model.casing is not None and model.ring is not None:
+        shapes = _padded(model.casing.shapes, 1)
+        outward, along = shapes[model.ring.radial], shapes[model.ring.tangential]
+        lobes = pulse_load(model, scene) @ shapes
+    read = np.ascontiguousarray(outward.T)
+    casing = _modal_body(model.casing, step, read, outward, along)
+    load = Load(scene.force, scene.pulse, lobes)
+    return Arrays(load, rotor, casing, contact_operators(model, scene))
+
+
+def dense_arrays(model: Model, scene: Scene) -> Arrays:
+    """Return the arrays of `oracle.bodies.march_bodies` for both bodies as matrices.
+
+    Scheme `paper` needs them. Raise InputError if a body has no matrices M and K.
+    """
+    if not model.rotor.has_matrices:
+        raise InputError(
+            "scheme paper needs M and K, which engine.file lacks: scheme must be "
+            "'modal' or 'general', got 'paper'"
+        )
+    if model.casing is not None and not model.casing.has_matrices:
+        raise InputError(
+            "scheme paper needs M and K of the casing: families must be 'all', and "
+            "discretization not 'file', nor 'shell' with one contact point a tip, got "
+            f"'{scene.engine.casing.families}' and "
+            f"'{scene.engine.casing.discretization}'"
+        )
+    step = scene.solver.time_step
+    none, free = np.zeros(0, np.int64), has_centre(model.rotor, model.blades)
+    hub = 2 * model.blades + np.arange(2 * free)
+    places = (model.ring.radial, model.ring.tangential) if model.ring else (none, none)
+    rotor_places = *model.places, hub
+    if model.rotor.spin is None:
+        rotor = _dense_body(model.rotor, step, *rotor_places)
+    else:
+        rotor = _turning_body(model, scene, *rotor_places)
+    casing = _dense_body(model.casing, step, *places, none)
+    load = Load(scene.force, scene.pulse, pulse_load(model, scene))
+    return Arrays(load, rotor, casing, contact_operators(model, scene))
+
+
+def rod_area(scene: Scene) -> float:
+    """Return the area A, m^2, that a rod of the layer has at the casing's surface.
+
+    It is the layer's axial width times the rod's length along the circumference.
+    """
+    length = 2 * math.pi * scene.engine.rotor.radius / rods_of(scene)
+    return float(scene.engine.casing.layer_width * length)
+
+
+def _flex(scene: Scene) -> float:
+    """Return the elastic compliance of a rod of the layer, l / (E A), m/N.
+
+    l is the layer's thickness, E its Young's modulus, A the rod's area.
+    """
+    casing = scene.engine.casing
+    return float(casing.layer_thickness / (casing.layer_young * rod_area(scene)))
+
+
+def _abradable(scene: Scene) -> Layer:
+    """Return the constants of rods of a layer that wears by plastic compression.
+
+    A rod has the stiffness A E / l, yields at the force A sigma_y, and hardens by A H /
+    l. A is the area of a rod; E, l, sigma_y and H are Young's modulus, thickness, yield
+    stress and hardening modulus of the layer.
+    """
+    casing, area = scene.engine.casing, rod_area(scene)
+    growth = area * casing.layer_hardening / casing.layer_thickness
+    limit, under = area * casing.layer_yield, casing.layer_rods
+    soft = float(np.divide(1.0, growth))  # raises, in `representable`, beyond numbers
+    return Layer(_flex(scene), soft, 0.0, limit, growth, under)
+
+
+def _archard(scene: Scene) -> Layer:
+    """Return the constants of elastic rods of a layer that wears by Archard's law.
+
+    The wear of a rod in a step is k N v dt / A, m: k is the wear coefficient, 1/Pa, N
+    the force and A the area of the rod, v = |Omega| R.
+    """
+    casing, area = scene.engine.casing, rod_area(scene)
+    slid = scene.engine.rotor.radius * scene.solver.time_step  # at 1 rad/s
+    rub = casing.wear_coefficient * slid / area
+    return Layer(_flex(scene), 0.0, rub, 0.0, 0.0, casing.layer_rods)
+
+
+LAWS: dict[str, Callable[[Scene], Layer]] = {
+    "abradable": _abradable,
+    "archard": _archard,
+}  # {contact law: function that returns its rods}
+
+
+def wears(scene: Scene) -> bool:
+    """Return whether the scene's casing has a layer that wears."""
+    return bool(scene.engine.casing.contact_law != contact_laws.RIGID)
+
+
+def rods_of(scene: Scene) -> int:
+    """Return the number M of rods around the casing's layer, 0 without a layer."""
+    if not wears(scene):
+        return 0
+    casing, radius = scene.engine.casing, scene.engine.rotor.radius
+    return int(contact_laws.rods_around(casing.layer_edge, radius, casing.layer_rods))
+
+
+def layer_of(scene: Scene) -> Layer:
+    """Return the constants of the rods of a casing's layer, by its contact law.
+
+    They are 0 for a casing without a layer.
+    """
+    if not wears(scene):
+        return Layer(0.0, 0.0, 0.0, 0.0, 0.0, 0)
+    return LAWS[scene.engine.casing.contact_law](scene)
+
+
+def unworn(scene: Scene) -> Floats:
+    """Return the state of a layer before any wear: zeros, (3, rods).
+
+    The rows are those of `kernels.kernel_types.BodiesState.worn`.
+    """
+    return np.zeros((3, rods_of(scene)))

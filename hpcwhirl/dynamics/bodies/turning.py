@@ -1,0 +1,381 @@
+"""Matrices of a time step of a rotor with the terms of rotation, for the kernels.
+
+(M/dt^2 + (D + 2 Omega C)/2dt) x_{n+1} = f_n + (2M/dt^2 - K(Omega)) x_n
+    - (M/dt^2 - (D + 2 Omega C)/2dt) x_{n-1}
+
+Coriolis forces, treated implicitly, do no work: b^T C b = 0, b = x_{n+1} - x_{n-1}. D
+includes the supports' damping c_s, and K(Omega) their skew part S, which does the work
+b^T S x_n / 2 in a step, entered as damping. Together they are the loss of a damper that
+does not rotate, less the work that its torque takes from the rotation.
+
+The force of an unbalance is constant in the rotating frame, and x_s the steady
+displacement by it, the circle of the rotor without contact (`case.unbalance`). A
+coordinate s that stays 1 represents the force in kernels without constant forces:
+
+modes: the amplitudes are those of y = x - x_s, and a mode without mass, stiffness and
+damping adds x_s at the tips and the centre; in scheme `modal` it is a wave, see
+`turning_waves.Circle`. If supports differ by direction, two further modes that vary as
+cos 2 Omega t and sin 2 Omega t add the ellipse's Re xi and -Im xi.
+
+matrices: the coordinates are x, and the column of s in A^-1 K is -A^-1 F. Energy and
+loss are those of x less `DenseBody.still`, (x_s, 1), that is of y: the potential of the
+force is included.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.case.speed import law_of
+from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced, swing
+from hpcwhirl.dynamics.bodies.motion import FreeSteps
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, Stand
+from hpcwhirl.dynamics.kernels.standing import answer, at_centre, terms_at
+from hpcwhirl.reduction.bodies import centre_rows, contact_rows
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.waves import turning_matrices
+from hpcwhirl.scene import Scene
+
+EPSILON = float(np.finfo(float).eps)
+
+
+def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
+    """Add modes that represent the orbit of an unbalanced rotor to its kernel arrays.
+
+    The orbit is the motion without contact: on equal supports a circle, x_s, see
+    `case.unbalance`, else an ellipse.
+
+    body : the kernel's arrays of the rotor's modes without them
+    """
+    rows, count = read_by(model, scene), 2 * model.blades
+    radial, tangential = (rows[:, places] for places in model.places)
+    hub = rows[:, count : count + 2]
+    none = np.zeros(len(rows))
+    pulls = np.array([0.0, *(len(rows) - 1) * [swings(scene)[0]]])
+    return body._replace(
+        keep=np.append(body.keep, pulls > 0.0),
+        pull=np.append(body.pull, pulls),
+        give=np.append(body.give, none),
+        stiffness=np.append(body.stiffness, none),
+        damping=np.append(body.damping, none),
+        push=np.append(body.push, none),
+        starts=np.append(body.starts, body.starts[-1] + 1 + np.arange(len(rows))),
+        read=np.vstack([body.read, np.hstack([radial, hub])]),
+        radial=np.ascontiguousarray(np.hstack([body.radial, radial.T])),
+        tangential=np.ascontiguousarray(np.hstack([body.tangential, tangential.T])),
+    )
+
+
+def read_by(model: Model, scene: Scene) -> Floats:
+    """Return the displacements of the modes that represent an unbalanced rotor's orbit.
+
+    The orbit is the motion without contact. The result, m, for unit amplitudes, in the
+    n coordinates of the rotor, is (1, n); (3, n) on supports that differ by direction;
+    (0, n) if balanced.
+    """
+    places, swung = circle(model, scene), swing(model, scene)
+    if places is None:
+        return np.zeros((0, len(model.rotor.shapes)))
+    if swung is None:
+        return places[None, :]
+    return np.stack([places, swung.real, -swung.imag])
+
+
+def swings(scene: Scene) -> tuple[float, float]:
+    """Return two coefficients of a step of the modes that represent an elliptic orbit.
+
+    They are (2 - 2 cos a, sin a): on supports that differ by direction the orbit of an
+    unbalanced rotor is an ellipse, which turns by a = 2 Omega dt in a step in the
+    rotating frame.
+    """
+    half = scene.speed * scene.solver.time_step
+    return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
+
+
+def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
+    """Return (amplitudes, increments) of the modes of an unbalanced orbit at step 0.
+
+    count : number of these modes, see `circling_modes`: 0, 1 or 3
+    """
+    pull, sine = swings(scene)
+    q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
+    return q[:count], d[:count]
+
+
+def jitter(body: DenseBody, model: Model, step: float) -> tuple[float, float]:
+    """Return energy, J, and squared motion of the centre, m^2, due to round-off.
+
+    They are upper bounds for one step of scheme `paper` of an unbalanced rotor. A step
+    computes A^-1 K (x, 1), which vanishes on the circle, as a difference of numbers of
+    size |A^-1 K| |(x_s, 1)|, n products each, and adds it to x. With e the relative
+    error of a number, the error of the increment of x is at most
+
+    a = n e |A^-1 K| |(x_s, 1)| + e |x_s|
+
+    with energy a M a / 2 dt^2 + a |K| a / 2. The centre that has this energy is at most
+    sqrt(2 c E) away, c being its static compliance. Errors of different steps are
+    independent, so that their energies add.
+
+    body : result of `circling_matrices`
+    step : dt, s
+    """
+    still, hub = np.abs(body.still), 2 * model.blades
+    error = EPSILON * (len(still) * np.abs(body.pull).T @ still + still)
+    held = np.abs(body.mass) / step**2 + np.abs(body.stiffness)
+    energy = 0.5 * float(error @ held @ error)
+    own = model.rotor.stiffness
+    soft = np.linalg.solve(own, np.eye(len(own))[:, hub])[hub]
+    return energy, 2.0 * float(soft) * energy
+
+
+def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
+    """Add the coordinate s = 1, for the unbalance's force, to a rotor's dense matrices.
+
+    places : (n,), displacement of the circle, x_s, m, in the rotor's coordinates
+    """
+    size = len(places)
+    names = ("keep", "pull", "inverse", "mass", "stiffness", "damping", "push")
+    plain = {name: np.zeros((size + 1, size + 1)) for name in names}
+    for name in names:
+        plain[name][:size, :size] = getattr(body, name)  # stored transposed
+    plain["pull"][size, :size] = -places @ body.pull
+    placed = body.stand, body.radial, body.tangential, body.centre, np.append(places, 1)
+    return DenseBody._make([*(plain[name] for name in names), *placed])
+
+
+NONE = np.zeros((0, 0))  # for a rotor without such supports
+ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j)  # no additional forces
+
+
+class Terms(NamedTuple):
+    """The matrices of a rotor's equation of motion with rotation, (n, n).
+
+    They are M, 2 Omega C, D, K(Omega) and S: inertia, Coriolis forces, damping,
+    stiffness at speed, and circulatory forces of the supports; 2 Omega C and S are
+    skew-symmetric, the others symmetric.
+    """
+
+    mass: Floats
+    gyro: Floats
+    damping: Floats
+    stiffness: Floats
+    push: Floats
+
+
+class Turning(NamedTuple):
+    """Matrices of a step d' = keep d - pull x + inverse f, and of its energy, (n, n).
+
+    x are the coordinates, d = x_n - x_{n-1} and d' their last and next increment, f the
+    forces.
+
+    Attributes
+    ----------
+    keep, pull, inverse : matrices of the step
+    mass, stiffness : symmetric, give the energy: kinetic plus Jacobi's potential
+    damping, push : D, symmetric, and S, skew, give the damping loss
+    """
+
+    keep: Floats
+    pull: Floats
+    inverse: Floats
+    mass: Floats
+    stiffness: Floats
+    damping: Floats
+    push: Floats
+
+
+def turning_terms(model: Model, scene: Scene, basis: Floats | None = None) -> Terms:
+    """Return the matrices of a rotor's equation of motion with terms of rotation.
+
+    basis : (n, m), shapes whose amplitudes are the coordinates; None: the model's own
+    """
+    body = model.rotor
+    matrices = [body.mass, *turning_matrices(body, scene.speed, model.blades)]
+    if basis is not None:
+        matrices = [basis.T @ matrix @ basis for matrix in matrices]
+    mass, gyro, damping, stiffness, push = matrices
+    return Terms(
+        mass,
+        (gyro - gyro.T) / 2,
+        (damping + damping.T) / 2,
+        (stiffness + stiffness.T) / 2,
+        (push - push.T) / 2,
+    )
+
+
+def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
+    """Return the matrices of a time step of a rotor with terms of rotation.
+
+    basis : (n, m), shapes whose amplitudes are the coordinates; None: the model's own
+    """
+    return step_of(turning_terms(model, scene, basis), scene.solver.time_step)
+
+
+def step_of(terms: Terms, step: float) -> Turning:
+    """Return the matrices of a time step from those of the equation of motion.
+
+    step : dt, s
+    """
+    mass, gyro, damping, stiffness, push = terms
+    before = (damping + gyro) / (2 * step)
+    inverse = np.linalg.solve(mass / step**2 + before, np.eye(len(mass)))
+    return Turning(
+        inverse @ (mass / step**2 - before),
+        np.asarray(inverse @ (stiffness + push)),
+        np.asarray(inverse),
+        mass,
+        stiffness,
+        damping,
+        push,
+    )
+
+
+def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
+    """Return the kernel's arrays of supports that differ by direction, or have a film.
+
+    Of other supports the result is `ALIKE`, without forces.
+
+    Parameters
+    ----------
+    inverse : (n, n), increments of the rotor's coordinates in a step by unit forces on
+        them
+    hub : (2, n), x_o, y_o for unit coordinates
+    """
+    spin = model.rotor.spin
+    if spin is None or spin.support.is_plain:
+        return ALIKE
+    own, moved = spin.support.at(scene.speed), np.ascontiguousarray((inverse @ hub.T).T)
+    give = hub @ moved.T / (2 * scene.solver.time_step)
+    steady = circle(model, scene) if own.film else None
+    return Stand(
+        np.ascontiguousarray(hub), moved, np.ascontiguousarray(give),
+        own.stiffness_apart, own.damping_apart, scene.speed, scene.solver.time_step,
+        own.film, own.clearance or 1.0,
+        0j if steady is None else centre_of(model, steady),
+    )  # fmt: skip
+
+
+def added_by(stand: Stand, x: Floats, free: Floats, time: float) -> Floats:
+    """Return what the supports add to velocities (d + d') / 2 dt of a step, (n,).
+
+    A step without contact is d' = keep d - pull x + G f(x, v), v = (d + d') / 2 dt,
+    with the force f of supports that differ by direction or have a film, see
+    `kernels.standing`, and G = stand.moved.
+
+    stand : the kernel's arrays of the supports
+    x, free : (n,), a rotor's coordinates, and their velocities without this force
+    time : s, of x, on which the supports' directions depend in the rotating frame
+    """
+    held, even, drift = terms_at(stand, at_centre(stand.hub, x), time)
+    moving = at_centre(stand.hub, free)
+    return _gained(stand, answer(stand.give, held, moving, even, drift))
+
+
+def included_in(stand: Stand, x: Floats, v: Floats) -> Floats:
+    """Return what the supports have added to velocities (d + d') / 2 dt, (n,).
+
+    stand : the kernel's arrays of the supports
+    x, v : (n,), a rotor's coordinates, and their velocities at time 0
+    """
+    held, even, drift = terms_at(stand, at_centre(stand.hub, x), 0.0)
+    moving = at_centre(stand.hub, v)
+    return _gained(stand, -held - even * moving - drift * moving.conjugate())
+
+
+def _gained(stand: Stand, force: complex) -> Floats:
+    """Return what a force on the centre, N, adds to the velocities, (n,)."""
+    push = np.array([force.real, force.imag])
+    return np.asarray(push @ stand.moved / (2 * stand.step))
+
+
+@dataclass(frozen=True)
+class SupportedSteps(FreeSteps):
+    """Conversion between velocities and increments of a rotor on such supports.
+
+    stand : the kernel's arrays of the supports, see `added_by`
+    """
+
+    stand: Stand
+
+    def velocities(self, x: Floats, d: Floats, time: float = 0.0) -> Floats:
+        """Return the rotor's velocities (d + d') / 2 dt.
+
+        x, d : (n,), its coordinates, and their increments in the last step
+        time : s, of x, on which the supports' directions depend in the rotating frame
+        """
+        free = super().velocities(x, d)
+        return free + added_by(self.stand, x, free, time)
+
+    def increments(self, x: Floats, v: Floats) -> Floats:
+        """Return the rotor's increments d = x_n - x_{n-1} at time 0, (n,).
+
+        x, v : (n,), its coordinates, and their velocities
+        """
+        return super().increments(x, v - included_in(self.stand, x, v))
+
+
+def steps_on(stand: Stand, free: FreeSteps) -> FreeSteps:
+    """Return the conversion between velocities and increments of a rotor on supports.
+
+    stand : the kernel's arrays of the supports, see `standing`
+    free : the conversion without forces that no constant matrix represents
+    """
+    if not len(stand.hub):
+        return free
+    return SupportedSteps(free.keep, free.pull, free.step, stand)
+
+
+def by_diameter(body: ModalModel) -> tuple[Integers, Integers]:
+    """Return the blocks of modes that rotation couples, one for each nodal diameter.
+
+    They are given as order, (m,), which sorts modes by nodal diameter, and starts, (b +
+    1,), the first mode of each block, and m. Modes of unequal sectors form one block.
+    """
+    if not body.cyclic:
+        return np.arange(len(body.omega)), np.array([0, len(body.omega)])
+    order = np.argsort(body.diameter, kind="stable")
+    _, first = np.unique(body.diameter[order], return_index=True)
+    return order, np.append(first, len(order))
+
+
+def coupled_body(model: Model, scene: Scene) -> CoupledBody:
+    """Return the kernel's arrays of a rotor as modes at rest, coupled by rotation.
+
+    With an unbalance they include modes that represent its circle x_s, see
+    `circling_modes`; at a changing speed, `dynamics.bodies.varying` adds further modes.
+    """
+    order, starts = by_diameter(model.rotor)
+    step = turning(model, scene, model.rotor.shapes[:, order])
+
+    def blocks(matrix: Floats) -> Floats:
+        ends = itertools.pairwise(starts)
+        return np.concatenate([matrix[a:b, a:b].T.ravel() for a, b in ends])
+
+    radial, tangential = (
+        rows[:, order] for rows in contact_rows(model.rotor, model.blades)
+    )
+    hub = centre_rows(model.rotor, model.blades)[:, order]
+    body = CoupledBody(
+        keep=blocks(step.keep),
+        pull=blocks(step.pull),
+        give=blocks(step.inverse),
+        stiffness=blocks(step.stiffness),
+        damping=blocks(step.damping),
+        push=blocks(step.push),
+        starts=starts,
+        own=len(order),
+        read=np.ascontiguousarray(np.vstack([radial, hub]).T),
+        radial=np.ascontiguousarray(radial),
+        tangential=np.ascontiguousarray(tangential),
+        stand=standing(model, scene, step.inverse, hub),
+    )
+    if is_unbalanced(scene) and law_of(scene) is None:
+        return circling_modes(body, model, scene)
+    return body

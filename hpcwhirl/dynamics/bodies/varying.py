@@ -1,0 +1,302 @@
+"""A rotor at a changing speed: matrices of its coupled modes for any Omega.
+
+M x'' + (D + 2 Omega C) x' + (K(Omega) + S) x = f - (dOmega/dt) C x + f_0, in blocks of
+modes at rest, one for each nodal diameter. The run is divided into intervals
+(`case.speed`), in which Omega is its mean. As the equation is linear, x = y + r. r is
+the motion due to f_0, the forces of the unbalance and Euler's forces on the blades; it
+begins with the circle of the unbalance at the first speed. y is the motion due to
+contact. At a constant speed r is that circle, and y the motion about it, as in
+`case.unbalance`. Both are integrated by the same scheme, see `kernels.oracle.coupled`.
+
+From one interval to the next the motion is continuous, while the matrices of its energy
+change: the change of the energy of y is entered as work of the loading.
+
+K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2 and C are stored by blocks once. For a new
+interval only small systems are solved, those of equal size at once.
+"""
+
+from __future__ import annotations
+
+import cmath
+import itertools
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.case.speed import Interval
+from hpcwhirl.dynamics.bodies.motion import FreeSteps
+from hpcwhirl.dynamics.bodies.turning import by_diameter
+from hpcwhirl.dynamics.kernels.kernel_types import BodiesState, CoupledBody
+from hpcwhirl.reduction.bodies import centre_rows, contact_rows
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.supports import planar
+from hpcwhirl.scene import Scene
+
+
+class _Group(NamedTuple):
+    """Matrices of all those blocks of coupled modes that have the same size s.
+
+    There are b such blocks, each for a nodal diameter; their systems are solved at
+    once.
+
+    Attributes
+    ----------
+    modes : (b, s), indices of the modes, sorted by nodal diameter
+    moved : (b,), whether f_0, the force without contact, moves a block
+    flat, again : (b, s, s), (c, s, s), indices in the kernel's arrays of the entries of
+        all blocks, and of the second copies of the c blocks that f_0 moves
+    mass, gyro, damping, rest, first, quartic : (b, s, s): M, 2 C, D, K_0, K_1, K_2
+    hub : (b, 2, s), x_o and y_o for unit amplitudes
+    """
+
+    modes: Integers
+    moved: NDArray[np.bool_]
+    flat: Integers
+    again: Integers
+    mass: Floats
+    gyro: Floats
+    damping: Floats
+    rest: Floats
+    first: Floats
+    quartic: Floats
+    hub: Floats
+
+
+class DrivenRotor:
+    """A rotor at a changing speed: its modes in blocks, with arrays for any speed.
+
+    A block has the modes of one nodal diameter. f_0 are the forces of the unbalance and
+    Euler's forces on the blades.
+
+    Attributes
+    ----------
+    order, starts : results of `by_diameter`
+    shapes : (n, m), shapes of the modes in this order
+    alike : (r,), indices of the modes that f_0 moves, block by block
+    begun : (a + 1,), index in `alike` of the first mode of each of a blocks, and r
+    force : (m,), f_0 in the present interval of speed
+    """
+
+    def __init__(self, model: Model, scene: Scene) -> None:
+        spin, body = model.rotor.terms, model.rotor
+        self.order, self.starts = by_diameter(body)
+        self.support, self.step = spin.support, scene.solver.time_step
+        self.moment = scene.unbalance * cmath.exp(1j * scene.unbalance_phase)
+        self.shapes = body.shapes[:, self.order]
+        self.hub = centre_rows(body, model.blades)[:, self.order]
+        rows = contact_rows(body, model.blades)
+        self.radial, self.tangential = (part[:, self.order] for part in rows)
+        swing = np.zeros(len(body.mass)) if spin.swing is None else spin.swing
+        self.euler = self.shapes.T @ swing
+        none = np.zeros_like(spin.stiffening)
+        terms = (
+            body.mass, 2 * spin.coriolis, body.damping_matrix(), body.stiffness,
+            spin.stiffening, none if spin.quartic is None else spin.quartic,
+        )  # fmt: skip
+        self.groups = self._grouped([self.shapes.T @ t @ self.shapes for t in terms])
+        moved = [g.modes[g.moved].ravel() for g in self.groups]
+        sizes = [s for g in self.groups for s in g.moved.sum() * [g.modes.shape[1]]]
+        self.alike = np.concatenate(moved).astype(np.int64)
+        self.begun = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
+        self.force = np.zeros(len(self.order))
+
+    def _grouped(self, terms: list[Floats]) -> list[_Group]:
+        ends = list(itertools.pairwise(self.starts.tolist()))
+        sizes = np.array([b - a for a, b in ends])
+        begun = np.concatenate([[0], np.cumsum(sizes**2)])
+        out, further = [], int(begun[-1])
+        for size in sorted(set(sizes.tolist()) - {0}):
+            own = np.flatnonzero(sizes == size)
+            modes = np.array([np.arange(*ends[b]) for b in own])
+            place = np.arange(size)
+            inside = size * place[None, :] + place[:, None]
+            parts = [t[modes[:, :, None], modes[:, None, :]] for t in terms]
+            parts = [
+                (part + (-1.0 if i == 1 else 1.0) * part.swapaxes(1, 2)) / 2
+                for i, part in enumerate(parts)
+            ]
+            hub = np.ascontiguousarray(self.hub[:, modes].swapaxes(0, 1))
+            moved = self.euler[modes].any(axis=1)
+            moved |= hub.any(axis=(1, 2)) & (self.moment != 0.0)
+            extra = further + size**2 * np.arange(moved.sum())
+            further += size**2 * len(extra)
+            flat, again = (at[:, None, None] + inside for at in (begun[own], extra))
+            out.append(_Group._make([modes, moved, flat, again, *parts, hub]))
+        return out
+
+    def _held(self, group: _Group, speed: Any) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return the matrices 2 Omega C, D, K, S of a group at a speed, (b, s, s) each.
+
+        They are the matrices of `turning.Terms`, without that of inertia.
+
+        speed : Omega, rad/s
+        """
+        own = self.support.at(speed)
+        held, back = own.turning(speed), group.hub.swapaxes(1, 2)
+        stiffness = group.rest + speed**2 * group.first + speed**4 * group.quartic
+        return (
+            speed * group.gyro + back @ planar(1j * own.damping.imag) @ group.hub,
+            group.damping + own.damping.real * (back @ group.hub),
+            stiffness + held.real * (back @ group.hub),
+            back @ planar(1j * held.imag) @ group.hub,
+        )
+
+    def set(self, body: CoupledBody, interval: Interval) -> None:
+        """Set the kernel's arrays of the rotor to those of an interval of speed."""
+        step, speed, rate = self.step, interval.speed, interval.rate
+        pull = (speed**2 - 1j * rate) * self.moment
+        self.force = np.array([pull.real, pull.imag]) @ self.hub - rate * self.euler
+        for group in self.groups:
+            gyro, damping, stiffness, push = self._held(group, speed)
+            before = (damping + gyro) / (2 * step)
+            mass = group.mass / step**2
+            inverse = np.linalg.solve(mass + before, np.eye(mass.shape[-1]))
+            for array, value in (
+                (body.keep, inverse @ (mass - before)),
+                (body.pull, inverse @ (stiffness + push)),
+                (body.give, inverse), (body.swerve, 0.5 * rate * group.gyro),
+            ):  # fmt: skip
+                array[group.flat], array[group.again] = value, value[group.moved]
+            for array, value in (
+                (body.stiffness, stiffness), (body.damping, damping), (body.push, push),
+            ):  # fmt: skip
+                array[group.flat] = value
+        body.force[body.own :] = self.force[self.alike]
+        body.work[:] = 0.0
+
+    def whole(self, values: Floats) -> Floats:
+        """Return the sum of the motions by and without contact, y + r, amplitudes (m,).
+
+        values : amplitudes or increments of a state: those of y (m,), then those of r,
+            of the modes `alike` only
+        """
+        out = values[: len(self.order)].copy()
+        out[self.alike] += values[len(out) :]
+        return out
+
+    def compliance(self, body: CoupledBody, mu: float) -> Floats:
+        """Return the rotor's part of the Delassus matrix at this speed, (N, N), m/N.
+
+        body : the kernel's arrays of the rotor
+        mu : friction coefficient with the sign of the speed
+        """
+        out = np.zeros((len(self.radial), len(self.radial)))
+        push = self.radial + mu * self.tangential
+        for group in self.groups:
+            give = body.give[group.flat]
+            rows = self.radial[:, group.modes].swapaxes(0, 1)
+            moved = rows @ give @ push[:, group.modes].swapaxes(0, 1).swapaxes(1, 2)
+            out += moved.sum(axis=0)
+        return out
+
+    def dense(self, body: CoupledBody) -> tuple[Floats, Floats, Floats]:
+        """Return a step's matrices, keep and pull, and its increment by the force f_0.
+
+        keep and pull are (m, m), as in `turning.Turning`, with the force -(dOmega/dt) C
+        x in pull; the increment is (m,).
+
+        body : the kernel's arrays of the rotor at the present speed
+        """
+        out = np.zeros((2, len(self.order), len(self.order)))
+        moved = np.zeros(len(self.order))
+        for group in self.groups:
+            places = group.modes[:, :, None], group.modes[:, None, :]
+            keep, pull, give, swerve = (
+                part[group.flat]
+                for part in (body.keep, body.pull, body.give, body.swerve)
+            )
+            out[0][places], out[1][places] = keep, pull + give @ swerve
+            force = self.force[group.modes][:, :, None]
+            moved[group.modes] = (give @ force)[:, :, 0]
+        return out[0], out[1], moved
+
+
+def driven(body: CoupledBody, rotor: DrivenRotor) -> CoupledBody:
+    """Return the kernel's arrays of a rotor of changing speed, with modes for r added.
+
+    r is the motion without contact. Arrays that depend on the speed are 0 until
+    `DrivenRotor.set` is called.
+
+    body, rotor : the kernel's arrays at constant speed; blocks of the rotor's modes
+    """
+    size = int((np.diff(rotor.begun) ** 2).sum())
+    starts = np.concatenate([body.starts, body.own + rotor.begun[1:]])
+    names = ("keep", "pull", "give", "stiffness", "damping", "push", "swerve")
+    zeros = np.zeros((len(names), len(body.keep) + size))
+    blocks: dict[str, Any] = dict(zip(names, zeros, strict=True))
+    radial, tangential = (
+        np.ascontiguousarray(np.hstack([rows, rows[:, rotor.alike]]))
+        for rows in (body.radial, body.tangential)
+    )
+    force, work = np.zeros((2, int(starts[-1])))
+    return body._replace(
+        **blocks,
+        starts=starts,
+        read=np.vstack([body.read, body.read[rotor.alike]]),
+        radial=radial,
+        tangential=tangential,
+        force=force,
+        work=work,
+        alike=rotor.alike,
+        blocks=len(body.starts) - 1,
+    )
+
+
+@dataclass(frozen=True)
+class DrivenSteps:
+    """Conversion between velocities and increments of a rotor at a changing speed.
+
+    It is one of `motion.Steps`. A velocity is (x_{n+1} - x_{n-1}) / 2 dt and includes
+    what the forces of unbalance and Euler's force add in this step, at the present
+    speed.
+
+    rotor, body, step : blocks of the rotor's modes; the kernel's arrays; dt, s
+    """
+
+    rotor: DrivenRotor
+    body: CoupledBody
+    step: float
+
+    def unforced(self) -> FreeSteps:
+        """Return the conversion for the motion by contact, which f_0 does not drive.
+
+        f_0 are the forces of unbalance and Euler's forces.
+        """
+        keep, pull, _ = self.rotor.dense(self.body)
+        return FreeSteps(keep, pull, self.step)
+
+    def set_out(self, state: BodiesState, v: Floats) -> None:
+        """Set the increments in a state from velocities, at the start of a run.
+
+        The state has two parts of the motion: that which contact causes, and the motion
+        without contact. Increments are changes of the amplitudes in a step.
+
+        state : in and out; its amplitudes are those at the start already
+        v : (m,), velocities of the part that contact causes; those of the other part
+            are 0 at the start
+        """
+        own, modes = self.rotor, len(v)
+        rise = self.increments(own.whole(state.q_b), v)
+        state.d_b[:modes] = self.unforced().increments(state.q_b[:modes], v)
+        state.d_b[modes:] = (rise - state.d_b[:modes])[own.alike]
+
+    def velocities(self, x: Floats, d: Floats, _: float = 0.0) -> Floats:
+        """Return the rotor's velocities, (m,), from the state of its modes.
+
+        x, d : (m,), amplitudes, and their increments x_n - x_{n-1} in the last step
+        """
+        keep, pull, moved = self.rotor.dense(self.body)
+        free = FreeSteps(keep, pull, self.step).velocities(x, d)
+        return np.asarray(free + moved / (2 * self.step))
+
+    def increments(self, x: Floats, v: Floats) -> Floats:
+        """Return the rotor's last increments x_n - x_{n-1}, (m,), in its modes.
+
+        x, v : (m,), amplitudes, and their velocities
+        """
+        keep, pull, moved = self.rotor.dense(self.body)
+        less = v - moved / (2 * self.step)
+        return FreeSteps(keep, pull, self.step).increments(x, less)

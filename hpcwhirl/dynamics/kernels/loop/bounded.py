@@ -1,0 +1,536 @@
+"""Steps of the loop `points` for rows of points, whose gaps are bounded.
+
+Rows are those of unequal sectors (`point_rows`), or of equal sectors with several
+points a tip (`sectors`). The amplitudes of all waves are q; forces act on them at once.
+
+The motion of a point's material from step n - 1 to n + 1, d' + d, d' and d its last two
+increments, is a row times s = (q, lambda, pulse), q the amplitudes before any force. As
+a harmonic of the casing turns relative to the blades, the gap two steps before does not
+follow from d' + d, the displacement of the material, on which works depend. It follows
+from further coefficients, `before`.
+
+Only points that might touch are computed: a sum over the waves bounds the motion of any
+point in a step, which gives a lower bound of each gap. Arrays of all points, (2 wide,),
+are in folded order, see `circulant.folded`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hpcwhirl.dynamics.kernels.compiled import does, inlined, part, rare, rare_kernel
+from hpcwhirl.dynamics.kernels.contact import (
+    FRICTION,
+    LAST,
+    NEAR,
+    ROTATION,
+    STEP,
+    angle_at,
+    book_contacts,
+    gap_at,
+    note_slip,
+    slips_now,
+    write_sample,
+)
+from hpcwhirl.dynamics.kernels.keep_inverse import recall
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
+from hpcwhirl.dynamics.kernels.loop.circulant import constant_space, guess, solved
+from hpcwhirl.dynamics.kernels.loop.passes import copy_to
+from hpcwhirl.dynamics.kernels.loop.point_rows import (
+    begin_moves,
+    book_points,
+    clear_forces,
+    push_points,
+    read_close,
+    read_every,
+    turn_points,
+)
+from hpcwhirl.dynamics.kernels.loop.point_verbs import (
+    advance,
+    conclude,
+    farthest,
+    flew,
+    kick,
+    sample,
+    set_out,
+    touch,
+    work_of_kick,
+)
+from hpcwhirl.dynamics.kernels.loop.sectors import room_of_sectors
+from hpcwhirl.dynamics.kernels.loop.wave_types import PointRows, PointsSpace, SectorRows
+from hpcwhirl.dynamics.kernels.loop.whole import (
+    add_one,
+    drift_of,
+    lower_all,
+    moved_by,
+    open_whole,
+    tip_by_waves,
+)
+from hpcwhirl.dynamics.kernels.samples import note_miss_folded
+from hpcwhirl.dynamics.kernels.shape import faded
+from hpcwhirl.dynamics.kernels.standing import answer, terms_at
+from hpcwhirl.dynamics.kernels.vectors import (
+    EIGHT,
+    FOUR,
+    all_aligned,
+    broadcast,
+    element,
+    fma,
+    get,
+    load,
+    store,
+    total_of,
+)
+from hpcwhirl.errors import ModelError
+
+DRIFT, FRESH, HELD_X, HELD_Y = range(4)  # entries of `PointsSpace.bounds`
+
+
+@inlined
+def write_clear(clear, gap, gaps, row, wide):
+    """Set the gaps of all points in a step to those of undeformed bodies at rest, m.
+
+    clear : (2 wide,), m, clearance of each point beyond `gap`, in folded order
+    gap : m, clearance common to all points
+    gaps, row, wide : out: array, and index in it where the 2 wide gaps of the step
+        begin
+    """
+    for v in range(0, 2 * wide, FOUR):
+        store(gaps, row + v, load(clear, v) + broadcast(gap))
+
+
+@part
+def add_shape(wall, time, speed, waves, gaps, row, wide):
+    """Add the casing's departure from the circle, m, to the gaps of all points.
+
+    wall : `kernel_types.Wall`, with the n harmonics of the shape
+    time, speed : s; Omega, rad/s
+    waves : (n, 2, 2 wide) flat: cos and sin of each harmonic at the points, folded
+        order
+    gaps, row, wide : in and out: array, and index in it where the 2 wide gaps of the
+        step begin
+    """
+    turned = angle_at(wall, speed, time) % (2.0 * math.pi)
+    for r in range(len(wall.orders)):
+        a, b = faded(wall, r, time)
+        c, s = math.cos(wall.orders[r] * turned), math.sin(wall.orders[r] * turned)
+        even, odd = broadcast(a * c + b * s), broadcast(b * c - a * s)
+        at = 4 * wide * r
+        for v in range(0, 2 * wide, FOUR):
+            gap = fma(load(waves, at + v), even, load(gaps, row + v))
+            gap = fma(load(waves, at + 2 * wide + v), odd, gap)
+            store(gaps, row + v, gap)
+
+
+@part
+def hold_centre(support, q, time, centre):
+    """Apply the supports' force on the centre in a step to the amplitudes q of waves.
+
+    Return its components x and y, N, rotating frame.
+
+    support : `wave_types.PointsSupport`
+    q : amplitudes, in and out: in those after the step without forces
+    time : s, at the step's start, at which the supports' directions are taken
+    centre : (n,), out: the amplitudes that change, as they were
+    """
+    zero, which, reads = broadcast(0.0), support.which, support.reads
+    a, b, c, d = zero, zero, zero, zero
+    for i in range(0, len(which), FOUR):
+        one, two = get(q, which[i]), get(q, which[i + 1])
+        three, last = get(q, which[i + 2]), get(q, which[i + 3])
+        centre[i], centre[i + 1], centre[i + 2], centre[i + 3] = one, two, three, last
+        a = fma(load(reads, FOUR * i), broadcast(one), a)
+        b = fma(load(reads, FOUR * (i + 1)), broadcast(two), b)
+        c = fma(load(reads, FOUR * (i + 2)), broadcast(three), c)
+        d = fma(load(reads, FOUR * (i + 3)), broadcast(last), d)
+    both = (a + b) + (c + d)
+    place, moving = (
+        complex(element(both, 0), element(both, 1)),
+        complex(element(both, 2), element(both, 3)),
+    )
+    held, even, apart = terms_at(support.stand, place, time)
+    push = answer(support.stand.give, held, moving, even, apart)
+    x, y = push.real, push.imag
+    for i in range(support.used):
+        gained = get(support.gives, 2 * i) * x + get(support.gives, 2 * i + 1) * y
+        q[which[i]] = centre[i] + gained
+    return x, y
+
+
+@inlined
+def let_go(support, spare, q, centre):
+    """Copy the amplitudes q to `spare` without the supports' force of the step.
+
+    support, centre : as in `hold_centre`, which has set the latter
+    spare : (m,) or more, out
+    """
+    begin_moves(spare, q, len(q))
+    for i in range(support.used):
+        spare[support.which[i]] = centre[i]
+
+
+@inlined
+def open_tips(push, where, active, opening, tips):
+    """Add the change of all gaps by the contact forces of a step to `tips`.
+
+    push, where, active : multipliers, N, of the points where[:active]
+    opening : (P, 2 wide) flat, m/N, change of all gaps by a unit multiplier on each of
+        P points
+    tips : (2 wide,), m, in and out: the waves' part of the gaps, or lower bounds of it,
+        in folded order
+    """
+    width = len(tips)
+    for v in range(0, width, FOUR):
+        tip = load(tips, v)
+        for i in range(active):
+            tip = fma(load(opening, where[i] * width + v), broadcast(push[i]), tip)
+        store(tips, v, tip)
+
+
+@does(farthest, SectorRows)
+@does(farthest, PointRows)
+@rare
+def farthest_point(_rows, rotor, limit, state, _space):
+    """Return the largest displacement of a contact point (radial and tangential), m.
+
+    The implementation of `point_verbs.farthest`, with its arguments, for rows of
+    points.
+    """
+    q, points = state.rotor, len(state.last)
+    modes, bound = len(rotor.ahead), drift_of(q, rotor.reach)
+    if not bound > NEAR * limit:
+        return bound
+    far = 0.0
+    for j in range(points):
+        outward = tip_by_waves(rotor.radial, j, q, modes)
+        far = max(far, math.hypot(outward, tip_by_waves(rotor.along, j, q, modes)))
+    return far
+
+
+@rare_kernel
+def energies_of_points(rotor, q, work):
+    """Return (energy of the rotor, energy of the casing), J, from waves' amplitudes.
+
+    rotor, q : `wave_types.PointsRotor`; (m,), amplitudes of the waves of both bodies
+    work : (m,) or more, work space
+    """
+    own, beside, at, energy = 0.0, 0.0, 0, rotor.energy
+    for b in range(len(energy.starts) - 1):
+        first, size = energy.starts[b], energy.starts[b + 1] - energy.starts[b]
+        total = broadcast(0.0)
+        for i in range(size):
+            work[i] = q[energy.which[first + i]]
+        for i in range(size):
+            begun, row = i - i % FOUR, broadcast(0.0)
+            for m in range(begun, size, FOUR):
+                row = fma(load(energy.form, at + m - begun), load(work, m), row)
+            total = fma(broadcast(work[i]), row, total)
+            at += size - begun
+        if b < energy.split:
+            own += total_of(total)
+        else:
+            beside += total_of(total)
+    return own, beside
+
+
+@rare
+def note_slips_of_points(state, step):
+    """Raise ledger[SLIP] to the largest slip of a point in contact in one step, m/s.
+
+    The points' motions along the casing are the first entries of state.lam.
+    """
+    known, last = state.known, state.last
+    for s in range(known[len(last)]):
+        if last[known[s]] == state.counter[LAST]:
+            note_slip(state.lam[known[s]], step, state.ledger)
+
+
+@does(sample, SectorRows)
+@does(sample, PointRows)
+@rare
+def sample_points(rows, rotor, wall, mu, step, _speed, state, space, keep, judge,
+                  tracks):  # fmt: skip
+    """Write the state of a step to the traces or to the evidence, for points on tips.
+
+    At a row of evidence with contact, the gaps found with the Delassus matrix are
+    compared with gaps computed from the amplitudes; the error is entered in
+    ledger[MISS].
+
+    The implementation of `point_verbs.sample`, with its arguments, for rows of points.
+    """
+    counter, ledger, q = state.counter, state.ledger, state.rotor
+    row = counter[STEP] % 3 * len(space.out)
+    gap = gap_at(wall, counter[STEP] * step)
+    points, tips, out, again = len(state.last), space.tips, space.out, space.again
+    if judge and counter[LAST] == counter[STEP]:
+        read_every(rows, q, points, out, space.spectra)
+        reach = 0.0
+        for i in range(len(out)):
+            again[i] = state.gaps[row + i] + out[i]
+            reach = max(reach, abs(out[i]))
+        note_miss_folded(again, space.opened, 0, reach, gap, points, ledger)
+    for axis in range(2):
+        tips[points, axis] = tip_by_waves(rotor.hub, axis, q, len(q))
+    if keep and len(tracks.tips) > 0:
+        for j in range(points):
+            tips[j, 0] = tip_by_waves(rotor.radial, j, q, len(q))
+            tips[j, 1] = tip_by_waves(rotor.along, j, q, len(q))
+        for m in range(len(space.casing)):
+            space.casing[m] = (
+                rotor.shares[m, 0] * q[rotor.casing[m, 0]]
+                + rotor.shares[m, 1] * q[rotor.casing[m, 1]]
+            )
+    sums, whole = state.sums_b, space.ledger
+    energies = energies_of_points(rotor, q, space.spare)
+    copy_to(whole, ledger)
+    whole[ROTATION] += 0.5 * sums[0]
+    whole[FRICTION] += 0.5 * mu * sums[1]
+    write_sample(
+        counter, whole, state.impulse, tips, space.casing, energies,
+        sums[2] - (energies[0] + energies[1]), keep, judge, tracks,
+    )  # fmt: skip
+
+
+@does(set_out, SectorRows)
+@does(set_out, PointRows)
+@inlined
+def set_out_points(_rows, state, space):
+    """Prepare the work space: no bound of any gap is known yet.
+
+    The implementation of `point_verbs.set_out`, with its arguments, for rows of points.
+    """
+    recall(len(state.last), len(space.out) // 2, space.solver)
+    bounds = space.bounds
+    bounds[DRIFT], bounds[FRESH], bounds[HELD_X], bounds[HELD_Y] = 0.0, 1.0, 0.0, 0.0
+
+
+@does(flew, SectorRows)
+@does(flew, PointRows)
+@inlined
+def flew_never(_rows, _rotor, _wall, _strides, _mu, _step, _speed, _loading, _state,
+               _space, _tracks):  # fmt: skip
+    """Return False: steps of central differences are taken one by one."""
+    return False
+
+
+@does(advance, SectorRows)
+@does(advance, PointRows)
+@inlined
+def advance_points(rows, rotor, step, state, space):
+    """Take a step without forces: multiply the amplitudes of all waves by factors z.
+
+    The implementation of `point_verbs.advance`, with its arguments, for rows of points.
+    """
+    counter, q, bounds = state.counter, state.rotor, space.bounds
+    stands = len(rotor.support.which) > 0
+    near = counter[LAST] == counter[STEP] and not stands  # else q changes after reading
+    turn_points(rows, q, rotor.ahead, near, space.spectra)
+    if slips_now(counter):
+        note_slips_of_points(state, step)
+    if stands:
+        time = counter[STEP] * step
+        x, y = hold_centre(rotor.support, q, time, space.centre)
+        bounds[HELD_X], bounds[HELD_Y] = x, y
+
+
+@inlined
+def begin_free(rotor, q, space):
+    """Copy the amplitudes to space.spare as they are before any force of the step."""
+    if len(rotor.support.which) > 0:
+        let_go(rotor.support, space.spare, q, space.centre)
+    else:
+        begin_moves(space.spare, q, len(rotor.ahead))
+
+
+@does(kick, SectorRows)
+@does(kick, PointRows)
+@inlined
+def kick_points(_rows, rotor, thrust, angle, state, space):
+    """Add the effect of the pulse on the casing to the waves; keep the motion before.
+
+    The implementation of `point_verbs.kick`, with its arguments, for rows of points.
+    The motion without forces is kept in space.spare; 0 is returned.
+    """
+    q, modes = state.rotor, len(rotor.ahead)
+    along, across = thrust * math.cos(angle), -thrust * math.sin(angle)
+    begin_free(rotor, q, space)
+    add_one(rotor.kick, 0, along, q, modes)
+    add_one(rotor.kick, modes, across, q, modes)
+    return 0.0
+
+
+@does(work_of_kick, SectorRows)
+@does(work_of_kick, PointRows)
+@inlined
+def work_of_kicked(_rows, rotor, thrust, angle, _moved, state, space):
+    """Return the work of the pulse in a step, J.
+
+    The implementation of `point_verbs.work_of_kick`, with its arguments, for rows of
+    points.
+    """
+    spare, modes, points = space.spare, len(rotor.ahead), len(state.last)
+    along, across = thrust * math.cos(angle), -thrust * math.sin(angle)
+    if state.counter[LAST] != state.counter[STEP]:
+        clear_forces(spare, modes)
+        spare[modes + points], spare[modes + points + 1] = along, across
+    moved = along * moved_by(rotor.kicked, 0, spare, modes)
+    moved += across * moved_by(rotor.kicked, len(spare), spare, modes)
+    state.sums_b[2] += 0.5 * moved
+    return 0.5 * moved
+
+
+@does(conclude, SectorRows)
+@does(conclude, PointRows)
+@inlined
+def conclude_points(_rows, _rotor, _wall, _step, _speed, _state, _space):
+    """Do nothing: the state is complete after each step.
+
+    The implementation of `point_verbs.conclude` for rows of points.
+    """
+
+
+@does(touch, SectorRows)
+@does(touch, PointRows)
+@inlined
+def touch_points(rows, rotor, contact, wall, mu, step, speed, thrust, angle, every,
+                 looks, state, space):  # fmt: skip
+    """Find the contact forces of a step, enter their works, apply them to the waves.
+
+    The implementation of `point_verbs.touch`, with its arguments, for rows of points.
+    """
+    q, gaps, counter = state.rotor, state.gaps, state.counter
+    out, whole, solver, bounds = space.out, space.opened, space.solver, space.bounds
+    points, wide, active = len(state.last), len(gaps) // 6, 0
+    time, row = counter[STEP] * step, counter[STEP] % 3 * 2 * wide
+    near = counter[LAST] == counter[STEP] - 1 and len(rotor.support.which) == 0
+    write_clear(contact.clear, gap_at(wall, time), gaps, row, wide)
+    if len(wall.orders) > 0:
+        add_shape(wall, time, speed, contact.waves, gaps, row, wide)
+    ready, every = False, every or bounds[FRESH] > 0.0
+    held_by = math.sqrt(bounds[HELD_X] ** 2 + bounds[HELD_Y] ** 2)
+    moved = bounds[DRIFT] + held_by * rotor.support.nudge
+    bounds[DRIFT] += held_by * rotor.support.rush
+    lowest = lower_all(out, moved, gaps, row, whole)
+    if not every and not lowest > 0.0:
+        lowest, ready = read_close(
+            rows, q, points, gaps, row, state.known, out, whole, near, space.spectra,
+            solver.where,
+        )  # fmt: skip
+        if lowest < 0.0 and ready:
+            active = guess(whole, row - row, lowest, points, wide, solver)
+            ready = active > 0
+        every = lowest < 0.0 and not ready
+    if every:
+        read_every(rows, q, points, out, space.spectra)
+        lowest, bounds[FRESH] = open_whole(out, gaps, row, whole), 0.0
+    if every or looks:
+        bounds[DRIFT] = drift_of(q, rotor.drift)
+    if not lowest < 0.0:
+        return 0
+    if not ready:
+        active = solved(whole, row - row, lowest, points, wide, solver)
+    if active > 0:
+        act_points(rows, rotor, mu, step, thrust, angle, active, state, space)
+    return active
+
+
+@inlined
+def act_points(rows, rotor, mu, step, thrust, angle, active, state, space):
+    """Enter the works of a step's contact forces; apply these to the waves.
+
+    active : number of points in contact, the first ones of the solver's
+    """
+    q, gaps, counter = state.rotor, state.gaps, state.counter
+    spare, solver, before = space.spare, space.solver, space.before
+    push, where = solver.push, solver.where
+    points, wide, modes = len(state.last), len(gaps) // 6, len(rotor.ahead)
+    clear_forces(spare, modes)
+    at, stands = modes + points, len(rotor.support.which) > 0
+    spare[at], spare[at + 1] = thrust * math.cos(angle), -thrust * math.sin(angle)
+    spare[at + 2], spare[at + 3] = space.bounds[HELD_X], space.bounds[HELD_Y]
+    for i in range(active):
+        spare[modes + where[i]] = push[i]
+    older = (counter[STEP] + 1) % 3 * 2 * wide
+    open_tips(push, where, active, solver.rows, space.out)
+    if stands and thrust == 0.0:
+        begin_free(rotor, q, space)
+    free = spare[:modes] if stands or thrust != 0.0 else q
+    book_points(
+        rows, push, where, active, free, spare, mu, counter[STEP], gaps, older, before,
+        state.sums_b, state.lam, space.spectra,
+    )  # fmt: skip
+    push_points(rows, push, where, active, q, space.spectra)
+    for i in range(active):
+        space.bounds[DRIFT] += push[i] * rotor.rush[where[i]]
+    book_contacts(
+        push, where, active, before, state.last, counter, state.ledger, state.impulse,
+        step,
+    )  # fmt: skip
+
+
+def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
+    """Return the work space of the time loop `march_points`; check the arrays' sizes.
+
+    It is no part of a saved march. Raise ModelError if an array of the rotor has a
+    wrong size.
+    """
+    rotor, points, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
+    modes, width = len(rotor.ahead), len(rotor.kicked) // 2
+    for name, rows, wanted in (
+        ("rotor", state.rotor, modes), ("drift", rotor.drift, modes // 2),
+        ("rush", rotor.rush, points),
+        ("kick", rotor.kick, 2 * modes), ("hub", rotor.hub, 2 * modes),
+        ("radial", rotor.radial, points * modes),
+        ("along", rotor.along, points * modes),
+        ("clear", arrays.contact.clear, 2 * wide),
+        *sizes_of_rows(rotor.rows, points, modes, width),
+    ):  # fmt: skip
+        if rows.size != wanted:
+            msg = f"{name} of the kernel of points: {rows.size} values, not {wanted}"
+            raise ModelError(msg)
+    solver = constant_space(points, wide, arrays.contact.w, state.known)
+    sectors = isinstance(rotor.rows, SectorRows)
+    room = room_of_sectors(rotor.rows) if sectors else modes
+    sizes = width, room, *(2 * wide,) * 3
+    spare, spectra, out, again, opened = all_aligned([*map(np.zeros, sizes)])
+    return PointsSpace(
+        spare, spectra, np.zeros(points), solver, out, again, opened,
+        np.zeros((points + 1, 2)), np.zeros(len(rotor.casing)),
+        np.zeros_like(state.ledger), np.zeros(len(rotor.support.which)), np.zeros(4),
+    )  # fmt: skip
+
+
+def sizes_of_rows(
+    rows: PointRows | SectorRows, points: int, modes: int, width: int
+) -> Wanted:
+    """Return (name, array, required number of values) of each array of coefficients.
+
+    rows : coefficients between contact points and amplitudes of waves
+    points, modes, width : P, m and `width` of `wave_types.PointRows`
+    """
+    if isinstance(rows, PointRows):
+        short, long = points * modes, points * width
+        read = points * min(len(rows.read) // points // (2 * EIGHT) * 2 * EIGHT, modes)
+        turned = points * min(
+            len(rows.turned) // points // (4 * EIGHT) * 4 * EIGHT, modes
+        )
+        moves = len(rows.moves) > 0
+        push = read if moves else short
+        slides = push + points * (width - modes)
+        factors = moves * modes
+        wanted = [read, short, turned, push, long, slides, factors, factors]
+        return list(zip(rows._fields, rows, wanted, strict=True))
+    alike, waves = rows.single + rows.pairs, rows.single + 2 * rows.pairs
+    slot, forces = len(rows.move) // alike, points * (width - modes)
+    blades = points // rows.each
+    wanted = [
+        rows.each * alike * slot, rows.each * alike * slot,
+        rows.each * rows.single * slot, rows.each * waves * slot, alike * slot,
+        2 * rows.pairs * slot, forces, forces, blades * slot,
+        -(-blades // FOUR) * FOUR * slot,
+    ]  # fmt: skip
+    arrays: Any = rows[: len(wanted)]  # without the numbers that follow the arrays
+    return list(zip(rows._fields[: len(wanted)], arrays, wanted, strict=True))

@@ -1,0 +1,413 @@
+"""Steps of the loop `points` for equal sectors with one contact point a tip.
+
+All waves are passed over once a step, see `slots`; the gaps of all blades follow from
+their spectrum by one transform, which is left out in steps in which no gap can close,
+see `skipped`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hpcwhirl.dynamics.kernels.compiled import does, inlined, part, rare, rare_kernel
+from hpcwhirl.dynamics.kernels.contact import (
+    ENDED,
+    FRICTION,
+    IMPACT,
+    LAST,
+    NEAR,
+    ROTATION,
+    STEP,
+    book_contacts,
+    gap_at,
+    note_slip,
+    slips_now,
+    write_sample,
+)
+from hpcwhirl.dynamics.kernels.keep_inverse import recall
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
+from hpcwhirl.dynamics.kernels.loop.circulant import by_slots, circulant_space, solved
+from hpcwhirl.dynamics.kernels.loop.cyclic import read_before
+from hpcwhirl.dynamics.kernels.loop.passes import (
+    copy_to,
+    one_norm,
+    sum_of,
+    to_gaps,
+    to_gaps_seldom,
+)
+from hpcwhirl.dynamics.kernels.loop.point_verbs import (
+    advance,
+    conclude,
+    farthest,
+    kick,
+    sample,
+    set_out,
+    touch,
+    work_of_kick,
+)
+from hpcwhirl.dynamics.kernels.loop.skipped import (
+    STEPS,
+    begin_unseen,
+    catch_up,
+    gaps_if_near,
+)
+from hpcwhirl.dynamics.kernels.loop.slots import (
+    energies_of_slots,
+    is_flow,
+    is_pending,
+    pass_slots,
+    read_slots,
+    settle_slots,
+    spectrum_of,
+)
+from hpcwhirl.dynamics.kernels.loop.wave_types import FlowRows, SlotRows, SlotSpace
+from hpcwhirl.dynamics.kernels.samples import at_blade, note_miss_folded
+from hpcwhirl.dynamics.kernels.shape import carried_by_shape, is_shaped, write_shape
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    add_six,
+    add_two,
+    aligned_zeros,
+    broadcast,
+    load,
+    store,
+    store_six,
+)
+
+
+@inlined
+def to_spectrum(push, where, size, turns, width, lam):
+    """Compute the spectrum of the multipliers, N: set lam (width,), re, then im.
+
+    push, where, size : multipliers, N, of the blades in contact, where[:size]
+    turns : (N, width) flat, cos and -sin of each slot at each blade
+    width : twice the number of slots, padded
+    """
+    whole = width - width % (6 * FOUR)
+    none = broadcast(-0.0)  # x + (-0) has the bits of x, also if x is 0 or -0
+    for v in range(0, whole, 6 * FOUR):
+        six = none, none, none, none, none, none
+        store_six(lam, v, add_six(push, where, size, turns, width, v, six))
+    for v in range(whole, width, 2 * FOUR):
+        two = add_two(push, where, size, turns, width, v, (none, none))
+        store(lam, v, two[0])
+        store(lam, v + FOUR, two[1])
+
+
+@does(set_out, FlowRows)
+@does(set_out, SlotRows)
+@inlined
+def set_out_slots(_rows, state, space):
+    """Prepare the work space: no bound of any gap is known yet.
+
+    The implementation of `point_verbs.set_out`, with its arguments, for slots.
+    """
+    recall(len(state.last), len(space.out) // 2, space.solver)
+    begin_unseen(len(state.lam) // 2, space.seen, space.skipped)
+
+
+@rare
+def note_slips(rows, state, space, step):
+    """Raise ledger[SLIP] to the largest slip of a blade in contact in one step, m/s.
+
+    The motion along the casing is completed by that of a pulse in the same step.
+    """
+    known, last, slip, kicked = state.known, state.last, space.slip, space.kicked
+    k, slot = len(slip) // 2, int(kicked[3])
+    if kicked[2] == state.counter[STEP]:
+        slip[slot] += kicked[0]
+        slip[k + slot] += kicked[1]
+    for s in range(known[len(last)]):
+        j = known[s]
+        if last[j] == state.counter[LAST]:
+            note_slip(at_blade(slip, rows.turns, j, 2 * k), step, state.ledger)
+
+
+@does(advance, FlowRows)
+@does(advance, SlotRows)
+@inlined
+def advance_slots(rows, _rotor, step, state, space):
+    """Take a step without contact forces, after those of the last step.
+
+    The implementation of `point_verbs.advance`, with its arguments, for slots.
+    """
+    pending = is_pending(state.counter)
+    pass_slots(
+        rows, state.rotor, state.lam, state.counter, space.spectrum, state.sums_b,
+        space.slip,
+    )  # fmt: skip
+    if pending and slips_now(state.counter):
+        note_slips(rows, state, space, step)
+
+
+@rare
+def settle(rows, step, state, space):
+    """Apply the contact forces of the last step, if they are pending."""
+    if is_pending(state.counter):
+        settle_slots(
+            rows, state.rotor, state.lam, state.counter, state.sums_b, space.slip
+        )
+        if slips_now(state.counter):
+            note_slips(rows, state, space, step)
+        state.counter[ENDED] = state.counter[STEP]
+
+
+@does(farthest, FlowRows)
+@does(farthest, SlotRows)
+@rare
+def farthest_slot(rows, _rotor, limit, state, space):
+    """Return the largest displacement of a tip (radial and tangential), m.
+
+    The implementation of `point_verbs.farthest`, with its arguments, for slots.
+    """
+    radial, along, outward, beside = space.radial, space.along, space.out, space.again
+    read_slots(rows, state.rotor, radial, along)
+    k, wide = len(radial) // 2, len(outward) // 2
+    bound = math.hypot(one_norm(radial, 2 * k), one_norm(along, 2 * k))
+    if not bound > NEAR * limit:
+        return bound
+    to_gaps_seldom(radial, rows.wave, 0.0, k, wide, outward, 0)
+    to_gaps_seldom(along, rows.wave, 0.0, k, wide, beside, 0)
+    most = 0.0
+    for i in range(2 * wide):
+        most = max(most, math.hypot(outward[i], beside[i]))
+    return most
+
+
+@does(kick, FlowRows)
+@does(kick, SlotRows)
+@rare
+def kick_slots(_rows, rotor, thrust, angle, state, space):
+    """Add the effect of the pulse to the casing's waves and to the gaps' spectrum.
+
+    The implementation of `point_verbs.kick`, with its arguments, for slots.
+    """
+    pulse, q, spectrum = rotor.pulse, state.rotor, space.spectrum
+    k, real, imag = len(spectrum) // 2, 0.0, 0.0
+    c, s = math.cos(angle), pulse.sign * math.sin(angle)
+    for p in range(len(pulse.at)):
+        m, a, b = pulse.at[p], pulse.move[p, 0], pulse.move[p, 1]
+        re, im = q[m], q[m + FOUR]
+        real += a * re - b * im
+        imag += b * re + a * im
+        a, b = thrust * pulse.push[p, 0], thrust * pulse.push[p, 1]
+        q[m] += a * c - b * s
+        q[m + FOUR] += a * s + b * c
+    spectrum[pulse.slot] += pulse.numbers[0] * thrust * c
+    spectrum[k + pulse.slot] += pulse.numbers[0] * thrust * s
+    return real * c + imag * s
+
+
+@does(work_of_kick, FlowRows)
+@does(work_of_kick, SlotRows)
+@rare
+def work_of_slots(_rows, rotor, thrust, angle, moved, state, space):
+    """Return the work of the pulse in a step, J.
+
+    The implementation of `point_verbs.work_of_kick`, with its arguments, for slots.
+    """
+    pulse, lam, sums = rotor.pulse, state.lam, state.sums_b
+    k, slot, numbers = len(lam) // 2, pulse.slot, pulse.numbers
+    both, c, s = moved + numbers[1] * thrust, math.cos(angle), math.sin(angle)
+    if state.counter[LAST] == state.counter[STEP]:
+        re, im = lam[slot], lam[k + slot]
+        a, b = numbers[2], numbers[3]
+        real, imag = a * re - b * im, b * re + a * im
+        both += real * c + imag * pulse.sign * s
+        # contact works on the motion by the pulse, too, which the pass does not see
+        here, beside = thrust * c, thrust * pulse.sign * s
+        sums[slot] += numbers[4] * (re * here + im * beside)
+        a, b = numbers[5], numbers[6]
+        real, imag = a * here - b * beside, b * here + a * beside
+        sums[k + slot] += re * real + im * imag
+        space.kicked[0], space.kicked[1] = real, imag
+        space.kicked[2], space.kicked[3] = state.counter[STEP], slot
+        a, b = numbers[7], numbers[8]
+        real, imag = a * here - b * beside, b * here + a * beside
+        sums[2 * k + slot] += re * real + im * imag
+    state.sums_c[0] += 0.5 * thrust * both
+    return 0.5 * thrust * both
+
+
+@does(touch, FlowRows)
+@does(touch, SlotRows)
+@inlined
+def touch_slots(rows, _rotor, _contact, wall, _mu, step, speed, _thrust, _angle, _every,
+                _looks, state, space):  # fmt: skip
+    """Find the contact forces of a step, which stay pending until the next one.
+
+    The implementation of `point_verbs.touch`, with its arguments, for slots.
+    """
+    counter, gaps, spectrum, solver = (
+        state.counter, state.gaps, space.spectrum, space.solver,
+    )  # fmt: skip
+    time, blades = counter[STEP] * step, len(state.last)
+    k, wide, now = len(spectrum) // 2, len(gaps) // 6, counter[STEP] % 3
+    if is_shaped(wall):
+        write_shape(wall, time, speed, spectrum)
+    gap = gap_at(wall, time)
+    if is_flow(rows):
+        lowest = to_gaps(spectrum, rows.wave, gap, k, wide, gaps, now * 2 * wide)
+    else:
+        lowest = gaps_if_near(
+            spectrum, rows.wave, gap, k, wide, gaps, now, space.seen, space.skipped
+        )
+    if not lowest < 0.0:
+        return 0
+    active = solved(gaps, now * 2 * wide, lowest, blades, wide, solver)
+    if active > 0:
+        if is_flow(rows) and is_shaped(wall):
+            carried = carried_by_shape(
+                solver.push, solver.where, active, blades, wall, speed, time, step
+            )  # this work is missing in the sums by slot
+            state.ledger[ROTATION] += carried
+            state.ledger[IMPACT] += carried
+        keep_forces(rows, active, step, state, space)
+    return active
+
+
+@inlined
+def keep_forces(rows, active, step, state, space):
+    """Compute the spectrum of a step's contact forces; enter their impulses.
+
+    active : number of blades in contact, the first ones of the solver's
+    """
+    counter, gaps, solver, lam = state.counter, state.gaps, space.solver, state.lam
+    k, wide, older = len(lam) // 2, len(gaps) // 6, (counter[STEP] + 1) % 3
+    push, where, before = solver.push, solver.where, space.before
+    if not is_flow(rows):
+        catch_up(rows.wave, k, wide, gaps, older, space.seen, space.skipped)
+        row = older * 2 * wide
+        read_before(gaps, row, where, active, len(state.last), wide, before)
+    if by_slots(active, solver):
+        for c in range(0, 2 * k, FOUR):
+            store(lam, c, load(solver.spectrum, c))
+    else:
+        to_spectrum(push, where, active, rows.turns, 2 * k, lam)
+    book_contacts(
+        push, where, active, before, state.last, counter, state.ledger, state.impulse,
+        step,
+    )  # fmt: skip
+
+
+@rare
+def note_miss_of_slots(rows, wall, step, speed, state, space):
+    """Raise ledger[MISS] to the largest error of a step's solved gaps, if larger.
+
+    The gaps of the contact problem are compared with those of the amplitudes.
+    """
+    again, spectrum, counter = space.again, space.spectrum, state.counter
+    time, k, wide = counter[STEP] * step, len(spectrum) // 2, len(again) // 2
+    gap, reach = gap_at(wall, time), one_norm(space.radial, 2 * k)
+    spectrum_of(rows, state.rotor, spectrum)
+    if is_shaped(wall):
+        write_shape(wall, time, speed, spectrum)
+    to_gaps_seldom(spectrum, rows.wave, gap, k, wide, again, 0)
+    row = counter[STEP] % 3 * 2 * wide
+    note_miss_folded(again, state.gaps, row, reach, gap, len(state.last), state.ledger)
+
+
+@part
+def read_hub(rotor, q, tips):
+    """Compute the displacement of the shaft's centre: set the last row of tips, m."""
+    for axis in range(2):
+        total = 0.0
+        for h in range(len(rotor.centre)):
+            m = rotor.centre[h]
+            total += rotor.hub[axis, h, 0] * q[m] + rotor.hub[axis, h, 1] * q[m + FOUR]
+        tips[-1, axis] = total
+
+
+@rare_kernel
+def works_of_slots(rows, sums, step):
+    """Return three works so far, J: of rotation, impact loss, friction over mu.
+
+    In the exact flow the rotation's work is that of contact forces moved along the
+    deformed casing, and the impact loss the remaining work of normal forces; else
+    `contact.book_contacts` enters the impact loss and subtracts it from the rotation's.
+
+    sums : (3 k,), see `slots.book_group`
+    """
+    k = len(sums) // 3
+    normal, drag = 0.5 * sum_of(sums, k - k, k), 0.5 * sum_of(sums, k, 2 * k)
+    if is_flow(rows):
+        carried = -step * sum_of(sums, 2 * k, 3 * k)
+        return carried, carried - normal, drag
+    return normal, 0.0, drag
+
+
+@does(sample, FlowRows)
+@does(sample, SlotRows)
+@rare
+def sample_slots(rows, rotor, wall, mu, step, speed, state, space, keep, judge,
+                 tracks):  # fmt: skip
+    """Write the state of a step to the traces or to the evidence.
+
+    The implementation of `point_verbs.sample`, with its arguments, for slots. Pending
+    contact forces are applied first, which changes no bit of the later motion.
+    """
+    counter, ledger, q, tips = state.counter, state.ledger, state.rotor, space.tips
+    sums, radial, along, whole = state.sums_b, space.radial, space.along, space.ledger
+    settle(rows, step, state, space)
+    width = len(radial)
+    traced = keep and len(tracks.tips) > 0
+    if judge or traced:
+        read_slots(rows, q, radial, along)
+    if judge and counter[LAST] == counter[STEP]:
+        note_miss_of_slots(rows, wall, step, speed, state, space)
+    read_hub(rotor, q, tips)
+    if traced:
+        for j in range(len(state.last)):
+            tips[j, 0] = -at_blade(radial, rows.turns, j, width)
+            tips[j, 1] = -at_blade(along, rows.turns, j, width)
+    if keep and len(tracks.casing) > 0:
+        for c in range(len(rotor.modes)):
+            one, two = rotor.modes[c, 0], rotor.modes[c, 1]
+            space.casing[2 * c] = q[one] + q[two]
+            space.casing[2 * c + 1] = q[one + FOUR] + q[two + FOUR]
+    energies = energies_of_slots(rows, q)
+    copy_to(whole, ledger)
+    rotation, impact, drag = works_of_slots(rows, sums, step)
+    whole[ROTATION] += rotation
+    whole[IMPACT] += impact
+    whole[FRICTION] += mu * drag
+    lost = rotation - impact + mu * drag + state.sums_c[0] - (energies[0] + energies[1])
+    write_sample(
+        counter, whole, state.impulse, tips, space.casing, energies, lost, keep, judge,
+        tracks,
+    )  # fmt: skip
+
+
+@does(conclude, FlowRows)
+@does(conclude, SlotRows)
+@rare
+def conclude_slots(rows, _rotor, _wall, step, _speed, state, space):
+    """Complete the state: apply pending contact forces, compute gaps left out.
+
+    The implementation of `point_verbs.conclude`, with its arguments, for slots.
+    """
+    k, wide = len(state.lam) // 2, len(state.gaps) // 6
+    settle(rows, step, state, space)
+    state.counter[ENDED] = state.counter[STEP]  # the same however a run is divided
+    for older in range(3):
+        catch_up(rows.wave, k, wide, state.gaps, older, space.seen, space.skipped)
+
+
+def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
+    """Return the work space of the loop `points` for slots."""
+    rotor, blades, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
+    width = len(state.lam)
+    sizes = *(width,) * 4, (STEPS + 1) * width + 2 * FOUR, 2 * wide, 2 * wide
+    spectrum, slip, radial, along, seen, out, again = aligned_zeros(*sizes)
+    solver = circulant_space(
+        blades, wide, arrays.contact.column, state.known, rotor.rows.wave
+    )
+    return SlotSpace(
+        spectrum, slip, radial, along, seen, np.zeros(STEPS, np.int64),
+        np.zeros(blades), solver, out, again, np.zeros((blades + 1, 2)),
+        np.zeros(2 * len(rotor.modes)), np.zeros_like(state.ledger),
+        np.zeros(4),
+        state._replace(rotor=state.rotor.copy(), counter=state.counter.copy()),
+    )  # fmt: skip

@@ -1,0 +1,343 @@
+"""One pass over the waves of equal sectors: complete a step, predict the next.
+
+A step multiplies the complex amplitude a of each wave by z. Contact forces add beta
+Lambda, with Lambda the spectrum of the multipliers, N; they follow from the gaps, which
+need the predictions of all waves. So a step is *pending* until the next pass completes
+it: the pass applies the forces, enters their works, multiplies by z and adds up the
+spectrum of the gaps. Every amplitude is read and written once a step.
+
+Rotor and casing are the same kind: rows of waves, one for each slot (nodal diameter).
+Four neighbouring slots are a group, whose rows follow one another, first those of the
+rotor; a row has four amplitudes, re, then im. The coefficients of a group's rows are in
+the same order, so that the pass reads all arrays from beginning to end.
+
+The work of normal forces depends on the motion of the material from step n - 1 to n +
+1. The rotor rests in the frame of the blades, so that this motion follows from the
+spectra of its part of the gaps, of which the state keeps those of three steps; the
+casing turns in that frame, and its waves have a coefficient for it, `OPEN_RE`.
+Contact forces add to energy and damping loss together what they work.
+
+For the exact flow (`wave_types.FlowRows`) the motion is 2 dt times the mean velocity at
+the step's start, of which all waves have a coefficient; the casing's also have one of
+the rate at which the radius changes at the blades, since they move past it, `PASS_RE`.
+"""
+
+from __future__ import annotations
+
+from hpcwhirl.dynamics.kernels.compiled import (
+    does,
+    inlined,
+    rare,
+    rare_kernel,
+    verb,
+)
+from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP
+from hpcwhirl.dynamics.kernels.loop.wave_types import FlowRows, SlotRows
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    broadcast,
+    fma,
+    fnma,
+    load,
+    store,
+    total_of,
+)
+
+PART = 2 * FOUR  # doubles of a row of a group: four amplitudes, re, then im
+# items of a row: z - 1; change of the gap; with contact: motion along the casing, beta,
+# of the casing's rows or in the exact flow the motion of the gap, and of the casing's
+# in the exact flow the rate in passing, all by unit amplitude
+AHEAD_RE, AHEAD_IM, RADIAL = 0, FOUR, 2 * FOUR
+FREE = 3 * FOUR
+SLIDE_RE, SLIDE_IM, PUSH_RE, PUSH_IM = 0, FOUR, 2 * FOUR, 3 * FOUR
+OPEN_RE, OPEN_IM, PASS_RE, PASS_IM = 4 * FOUR, 5 * FOUR, 6 * FOUR, 7 * FOUR
+PUSHED, CASING = 4 * FOUR, 6 * FOUR  # length of the latter: of rotor, of casing
+FLOW, FLOW_CASING = 6 * FOUR, 8 * FOUR  # the same in the exact flow
+# items of a group by unit Lambda: change of the gap by the rotor; motion of the gap by
+# the casing, in the exact flow by both; motion along the casing
+OWN_RE, OWN_IM, RING_RE, RING_IM = 0, FOUR, 2 * FOUR, 3 * FOUR
+SLIDES_RE, SLIDES_IM = 4 * FOUR, 5 * FOUR
+FIXED = 6 * FOUR
+SEEN = 3  # steps whose spectra of the rotor's part of the gaps the state has
+
+
+@verb
+def is_flow(rows):
+    """Return whether steps are those of the exact flow, by the type of the rows."""
+
+
+@does(is_flow, SlotRows)
+@inlined
+def is_no_flow(_rows):
+    """Return False: these steps are central differences."""
+    return False
+
+
+@does(is_flow, FlowRows)
+@inlined
+def is_indeed(_rows):
+    """Return True: these steps are those of the exact flow."""
+    return True
+
+
+@inlined
+def products(c, at, re, im, sums):
+    """Add complex products (a + i b) (re + i im) to four sums of their parts.
+
+    Return the sums of a re, b im, a im and b re, kept apart for speed.
+
+    c, at : coefficients, and the index in c of re of four of them; im follows
+    re, im : four amplitudes
+    """
+    a, b = load(c, at), load(c, at + FOUR)
+    one, two, three, last = sums
+    return fma(a, re, one), fma(b, im, two), fma(a, im, three), fma(b, re, last)
+
+
+@inlined
+def times(c, at, re, im, total):
+    """Return total + (a + i b) (re + i im) for four complex coefficients, (re, im)."""
+    a, b = load(c, at), load(c, at + FOUR)
+    real, imag = fma(a, re, total[0]), fma(a, im, total[1])
+    return fnma(b, im, real), fma(b, re, imag)
+
+
+@inlined
+def none_yet():
+    """Return four sums of `products` that are 0."""
+    zero = broadcast(0.0)
+    return zero, zero, zero, zero
+
+
+@inlined
+def groups_of(rows):
+    """Return the number of groups of four slots."""
+    return len(rows.rotor)
+
+
+@inlined
+def is_pending(counter):
+    """Return whether the contact forces of the last step are still to be applied."""
+    return counter[LAST] == counter[STEP] and counter[ENDED] != counter[STEP]
+
+
+@inlined
+def seen_at(rows, step, q):
+    """Return where the rotor's spectra of three steps begin in its amplitudes q.
+
+    They are those of the last step, and of the step two before, which that of the next
+    step replaces.
+    """
+    size = 2 * FOUR * groups_of(rows)
+    first = len(q) - SEEN * size  # not used in the exact flow
+    return first + step % SEEN * size, first + (step + 1) % SEEN * size
+
+
+@inlined
+def both_of(sums):
+    """Return (re, im) of a complex sum from the four sums of `products`."""
+    return sums[0] - sums[1], sums[2] + sums[3]
+
+
+@inlined
+def seen_group(rows, g, push, q, own, older):
+    """Complete the rotor's spectrum of a step; return its motion over two steps, m."""
+    k, col = FOUR * groups_of(rows), FOUR * g
+    real, imag = load(q, own + col), load(q, own + k + col)
+    real, imag = times(rows.fixed, FIXED * g, push[0], push[1], (real, imag))
+    store(q, own + col, real)
+    store(q, own + k + col, imag)
+    return real - load(q, older + col), imag - load(q, older + k + col)
+
+
+@inlined
+def book_group(rows, g, push, q, own, older, slide, opened, passed, sums, slip):
+    """Enter the works of a step's contact forces at four slots; complete its spectrum.
+
+    g, push : group; (re, im) of the multipliers' spectrum, N, at its slots
+    q, own, older : state, and indices in it of the rotor's spectra, see `seen_at`
+    slide, opened, passed : sums of `products` over the rows: motion along the casing;
+        motion of the gap; in the exact flow, rate in passing
+    sums, slip : (3 k,), twice the works of normal forces and of friction over mu, J,
+        and in the exact flow the power in passing, W; (2 k,), out: motion along the
+        casing over two steps, m
+    """
+    k, col, at = FOUR * groups_of(rows), FOUR * g, FIXED * g
+    both = both_of(opened)
+    if is_flow(rows):
+        past = both_of(passed)
+        power = fma(push[0], past[0], fma(push[1], past[1], load(sums, 2 * k + col)))
+        store(sums, 2 * k + col, power)
+    else:
+        moved = seen_group(rows, g, push, q, own, older)
+        both = moved[0] + both[0], moved[1] + both[1]
+    both = times(rows.fixed, at + RING_RE, push[0], push[1], both)
+    store(sums, col, fma(push[0], both[0], fma(push[1], both[1], load(sums, col))))
+    along = times(rows.fixed, at + SLIDES_RE, push[0], push[1], both_of(slide))
+    drag = fma(push[0], along[0], fma(push[1], along[1], load(sums, k + col)))
+    store(sums, k + col, drag)
+    store(slip, col, along[0])
+    store(slip, k + col, along[1])
+
+
+@inlined
+def ahead_row(free, at, q, m, re, im, real, imag):
+    """Multiply a row's amplitudes by z and store them; add its part of the gaps."""
+    re, im = times(free, at + AHEAD_RE, re, im, (re, im))
+    store(q, m, re)
+    store(q, m + FOUR, im)
+    gamma = load(free, at + RADIAL)
+    return fma(gamma, re, real), fma(gamma, im, imag)
+
+
+@inlined
+def pass_groups(rows, q, lam, step, touched, spectrum, sums, slip):
+    """Complete the last step of all waves, predict the next, add up their gaps.
+
+    The arguments are those of `pass_slots`; touched : whether forces are pending
+    """
+    k, m, at, c = FOUR * groups_of(rows), 0, 0, 0
+    free, pushed = rows.free, rows.pushed
+    own, older = seen_at(rows, step, q)
+    for g in range(groups_of(rows)):
+        col, zero = FOUR * g, broadcast(0.0)
+        push, slide, opened, passed = (zero, zero), none_yet(), none_yet(), none_yet()
+        real, imag = zero, zero
+        if touched:
+            push = load(lam, col), load(lam, k + col)
+        for _ in range(rows.rotor[g]):
+            re, im = load(q, m), load(q, m + FOUR)
+            if touched:
+                slide = products(pushed, c + SLIDE_RE, re, im, slide)
+                if is_flow(rows):
+                    opened = products(pushed, c + OPEN_RE, re, im, opened)
+                re, im = times(pushed, c + PUSH_RE, push[0], push[1], (re, im))
+                c += FLOW if is_flow(rows) else PUSHED
+            real, imag = ahead_row(free, at, q, m, re, im, real, imag)
+            m += PART
+            at += FREE
+        first = real, imag
+        for _ in range(rows.ring[g]):
+            re, im = load(q, m), load(q, m + FOUR)
+            if touched:
+                slide = products(pushed, c + SLIDE_RE, re, im, slide)
+                opened = products(pushed, c + OPEN_RE, re, im, opened)
+                if is_flow(rows):
+                    passed = products(pushed, c + PASS_RE, re, im, passed)
+                re, im = times(pushed, c + PUSH_RE, push[0], push[1], (re, im))
+                c += FLOW_CASING if is_flow(rows) else CASING
+            real, imag = ahead_row(free, at, q, m, re, im, real, imag)
+            m += PART
+            at += FREE
+        if touched:
+            book_group(rows, g, push, q, own, older, slide, opened, passed, sums, slip)
+        if not is_flow(rows):
+            store(q, older + col, first[0])
+            store(q, older + k + col, first[1])
+        store(spectrum, col, real)
+        store(spectrum, k + col, imag)
+
+
+@inlined
+def pass_slots(rows, q, lam, counter, spectrum, sums, slip):
+    """Complete the last step of all waves; predict the next step without contact.
+
+    Parameters
+    ----------
+    rows : `wave_types.SlotRows`
+    q : state: amplitudes of all waves, then the rotor's spectra of three steps
+    lam : (2 k,), N, re, then im, of the multipliers' spectrum of the last step
+    counter : counters of the march
+    spectrum : (2 k,), m, out: spectrum of the gaps
+    sums, slip : as in `book_group`
+    """
+    if is_pending(counter):
+        pass_groups(rows, q, lam, counter[STEP], True, spectrum, sums, slip)
+    else:
+        pass_groups(rows, q, lam, counter[STEP], False, spectrum, sums, slip)
+
+
+@rare
+def settle_slots(rows, q, lam, counter, sums, slip):
+    """Apply the contact forces of the last step now, not in the next pass: same bits.
+
+    They must be pending. The arguments are those of `pass_slots`.
+    """
+    k, m, c, pushed = FOUR * groups_of(rows), 0, 0, rows.pushed
+    own, older = seen_at(rows, counter[STEP], q)
+    for g in range(groups_of(rows)):
+        col, slide, opened, passed = FOUR * g, none_yet(), none_yet(), none_yet()
+        push = load(lam, col), load(lam, k + col)
+        for f in range(rows.rotor[g] + rows.ring[g]):
+            beside = f >= rows.rotor[g]
+            re, im = load(q, m), load(q, m + FOUR)
+            slide = products(pushed, c + SLIDE_RE, re, im, slide)
+            if is_flow(rows) or beside:
+                opened = products(pushed, c + OPEN_RE, re, im, opened)
+            if is_flow(rows) and beside:
+                passed = products(pushed, c + PASS_RE, re, im, passed)
+            re, im = times(pushed, c + PUSH_RE, push[0], push[1], (re, im))
+            store(q, m, re)
+            store(q, m + FOUR, im)
+            m += PART
+            c += CASING if beside else PUSHED
+            c += FLOW - PUSHED if is_flow(rows) else 0
+        book_group(rows, g, push, q, own, older, slide, opened, passed, sums, slip)
+
+
+@rare
+def read_slots(rows, q, radial, along):
+    """Compute the spectra of the tips' displacements times -1, m, (2 k,) each.
+
+    radial, along : out: radial, which is the rotor's part of the gaps; tangential
+    """
+    k, m, at, t = FOUR * groups_of(rows), 0, 0, 0
+    for g in range(groups_of(rows)):
+        col, zero = FOUR * g, broadcast(0.0)
+        real, imag, side = zero, zero, none_yet()
+        for _ in range(rows.rotor[g]):
+            re, im = load(q, m), load(q, m + FOUR)
+            gamma = load(rows.free, at + RADIAL)
+            real, imag = fma(gamma, re, real), fma(gamma, im, imag)
+            side = products(rows.along, t, re, im, side)
+            m += PART
+            at += FREE
+            t += PART
+        m += rows.ring[g] * PART
+        at += rows.ring[g] * FREE
+        store(radial, col, real)
+        store(radial, k + col, imag)
+        store(along, col, side[0] - side[1])
+        store(along, k + col, side[2] + side[3])
+
+
+@rare
+def spectrum_of(rows, q, spectrum):
+    """Compute the spectrum of the gaps of both bodies, m, (2 k,), from amplitudes."""
+    k, m, at = FOUR * groups_of(rows), 0, 0
+    for g in range(groups_of(rows)):
+        real, imag = broadcast(0.0), broadcast(0.0)
+        for _ in range(rows.rotor[g] + rows.ring[g]):
+            gamma = load(rows.free, at + RADIAL)
+            real = fma(gamma, load(q, m), real)
+            imag = fma(gamma, load(q, m + FOUR), imag)
+            m += PART
+            at += FREE
+        store(spectrum, FOUR * g, real)
+        store(spectrum, k + FOUR * g, imag)
+
+
+@rare_kernel
+def energies_of_slots(rows, q):
+    """Return (energy of the rotor, energy of the casing), J, from waves' amplitudes."""
+    rotor, casing = broadcast(0.0), broadcast(0.0)
+    for e in range(len(rows.pairs) // 2):
+        m, n, at = rows.pairs[2 * e], rows.pairs[2 * e + 1], PART * e
+        other = load(q, n), load(q, n + FOUR)
+        zero = broadcast(0.0)
+        re, im = times(rows.energy, at, other[0], other[1], (zero, zero))
+        if e < rows.split:
+            rotor = fma(load(q, m), re, fma(load(q, m + FOUR), im, rotor))
+        else:
+            casing = fma(load(q, m), re, fma(load(q, m + FOUR), im, casing))
+    return total_of(rotor), total_of(casing)
