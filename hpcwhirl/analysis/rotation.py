@@ -21,6 +21,7 @@ from hpcwhirl.case.speed import extremes
 from hpcwhirl.case.unbalance import facts_of_unbalance
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction import families, waves
+from hpcwhirl.reduction.criticals import Critical, damped_criticals, stability_limit
 from hpcwhirl.reduction.growth import Stability
 from hpcwhirl.reduction.modes import ModalModel, SpinBlock
 from hpcwhirl.reduction.supports import ROUND, valid_up_to
@@ -66,10 +67,18 @@ def damping_of(line: waves.WaveLine) -> dict[str, float | None]:
     frame.
     """
     omega = line.static if line.nodal_diameter == 1 else line.rotating
-    size = float(np.hypot(line.growth, omega))
+    return _damping(line.growth, omega)
+
+
+def _damping(growth: float, omega: float) -> dict[str, float | None]:
+    """Return damping_ratio and log_decrement of a wave, see `damping_of`.
+
+    growth, omega : sigma, 1/s; rad/s
+    """
+    size = float(np.hypot(growth, omega))
     return {
-        "damping_ratio": -line.growth / size if size else 0.0,
-        "log_decrement": -2 * np.pi * line.growth / abs(omega) if omega else None,
+        "damping_ratio": -growth / size if size else 0.0,
+        "log_decrement": -2 * np.pi * growth / abs(omega) if omega else None,
     }
 
 
@@ -92,6 +101,12 @@ def rotation_of_case(case: Case, fastest: float = 0.0) -> dict[str, Any]:
         on no band is missed); None without terms of rotation
     unbalance_speeds : rad/s, at which an unbalance is in resonance with a wave of k =
         1, undamped
+    damped_critical_speeds : the same with damping, dicts of the attributes of
+        `reduction.criticals.Critical` and of `damping_of`
+    stability_limit : Q_0, cross coupling at the centre, in addition to that of the
+        supports, at which the log decrement of the least stable wave is 0 at the case's
+        speed: coupling, N/m, and frequency, rad/s, see `reduction.criticals.Limit`;
+        None for unequal sectors, a clamped centre, and without terms of rotation
     tip_growth : m, largest radial growth of a tip if rotation is full, else None
     clearance : m, at speed; `gap` less the growth if `gap_at` is rest, else `gap`
     film : damping and clearance of the squeeze film, see `_film`; None without one
@@ -103,12 +118,15 @@ def rotation_of_case(case: Case, fastest: float = 0.0) -> dict[str, Any]:
     fastest = max(abs(fastest), *map(abs, extremes(case.given)))
     stability = stability_of(model, fastest)
     running = apply_settings(case.given, {"gap": max(case.clearance, 0.0)})
+    limit = stability_limit(rotor, speed)
     return {
         "kind": case.reduced.engine.rotation,
         "auto": _chosen(case.given),
         "growth": waves.largest_growth(rotor, model.blades, speed),
         **_facts_of_bands(stability),
         "unbalance_speeds": unbalance_speeds_of(case, fastest),
+        "damped_critical_speeds": damped_speeds_of(case, fastest),
+        "stability_limit": limit._asdict() if limit else None,
         "tip_growth": case.growth if turns else None,
         "clearance": case.clearance,
         "film": _film(model.rotor, speed),
@@ -139,6 +157,21 @@ def unbalance_speeds_of(case: Case, fastest: float = 0.0) -> list[float]:
         return []
     speeds = waves.unbalance_speeds(families.rotor_by_diameter(case.model), fastest)
     return [speed for speed in speeds if speed <= found.span.high]
+
+
+def damped_speeds_of(case: Case, fastest: float = 0.0) -> list[dict[str, Any]]:
+    """Return the damped critical speeds of an unbalance, as `model --json` shows them.
+
+    They are dicts of the attributes of `Critical` and of `damping_of`.
+
+    case, fastest : the case; rad/s, highest speed of interest
+    """
+
+    def told(one: Critical) -> dict[str, Any]:
+        return {**one._asdict(), **_damping(one.growth, one.speed)}
+
+    rotor = families.rotor_by_diameter(case.model)
+    return [told(one) for one in damped_criticals(rotor, case.model.blades, fastest)]
 
 
 def _film(rotor: ModalModel, speed: float) -> dict[str, float] | None:
@@ -276,12 +309,27 @@ def growth_over(case: Case, speeds: Floats) -> tuple[Floats, Waves]:
     """
     model, blades = families.rotor_by_diameter(case.model), case.model.blades
     fastest = [waves.largest_growth(model, blades, speed) for speed in speeds.tolist()]
-    spin = model.spin
+    return np.array(fastest), shaft_waves_over(case, speeds)["growth"]
+
+
+def shaft_waves_over(case: Case, speeds: Floats) -> dict[str, Waves]:
+    """Return frequencies and growth rates of the waves of k = 1 over the speed.
+
+    Returns {"static": Waves, "growth": Waves}: rad/s, static frame, > 0: forward; 1/s;
+    both {} without terms of rotation and for unequal sectors
+
+    case, speeds : the case; (n,), rad/s
+    """
+    model = families.rotor_by_diameter(case.model)
+    spin, speeds = model.spin, np.abs(speeds)
     if spin is None or len(spin.waves) < 2:
-        return np.array(fastest), {}
+        return {"static": {}, "growth": {}}
     piece = spin.waves[1]
-    rates = np.array([waves.wave_roots(model, piece, s).real for s in speeds.tolist()])
-    return np.array(fastest), _pairs(model, piece, rates)
+    roots = np.array([waves.wave_roots(model, piece, s) for s in speeds.tolist()])
+    return {
+        "static": _pairs(model, piece, speeds[:, None] - roots.imag),
+        "growth": _pairs(model, piece, roots.real),
+    }
 
 
 def bands_over(case: Case, speeds: Floats) -> Waves:

@@ -20,6 +20,13 @@ from hpcwhirl.case.profile import profile_of, told_of_profile
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
+from hpcwhirl.cli.rotor_tables import (
+    critical_heads,
+    critical_rows,
+    limit_told,
+    wave_heads,
+    wave_rows,
+)
 from hpcwhirl.errors import SHOWN, InputError, WhirlError, one_line, say, shown
 from hpcwhirl.reduction.families import UNKNOWN, modal_table
 from hpcwhirl.scene import Scene, title_of
@@ -93,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
         if args.explain:
             _explain(facts, scene)
         else:
-            _show(facts, args.up_to, scene.nodal_diameter)
+            _show(facts, args.up_to, scene)
     return 0
 
 
@@ -368,13 +375,13 @@ def spans_of(numbers: list[int]) -> str:
     return ", ".join(" to ".join(map(str, dict.fromkeys(span))) for span in spans)
 
 
-def _show(facts: dict[str, Any], up_to: float, lobes: int) -> None:
+def _show(facts: dict[str, Any], up_to: float, scene: Scene) -> None:
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
     console = Console()
-    hertz, (speed, factor) = DERIVED["frequency"].unit, shown_in(ANGULAR)
+    hertz = DERIVED["frequency"].unit
     columns = "nodal diameter", hertz, "centre share", "clearance consumption"
     table = Table("body", "family", *columns)
     shown = [mode for mode in facts["modes"] if mode["frequency_hz"] <= up_to]
@@ -389,19 +396,55 @@ def _show(facts: dict[str, Any], up_to: float, lobes: int) -> None:
         )
     else:
         console.print(facts["rotor_from_file"]["told"], soft_wrap=True, markup=False)
-    if facts["critical_speeds"]:
-        heading = f"critical speed (Eq. 13), {speed}: up to {factor * SHOWN_SPEED:.4g}"
-        heading += f", all of the load's k = {lobes}"
-        speeds = Table("nodal diameter", "family", "order", heading)
-        for row in facts["critical_speeds"]:
-            if row["speed"] > SHOWN_SPEED and row["nodal_diameter"] != lobes:
-                continue
-            cells = (row[n] for n in ("nodal_diameter", "family", "order"))
-            speeds.add_row(*map(str, cells), f"{factor * row['speed']:.1f}")
-        console.print(speeds)
-    for line in _limits_and_circle(facts):
+    _show_coincidences(facts["critical_speeds"], scene.nodal_diameter)
+    if facts["rotation"]["searched"] is not None:
+        _show_waves(facts, 2 * math.pi * up_to)
+    for line in _limits_and_circle(facts) + limit_told(facts["rotation"], scene.speed):
         console.print(line, soft_wrap=True, markup=False)
     plan = facts["plan"]
     told = ", ".join(f"{n} of the {body}" for body, n in plan["coordinates"].items())
     console.print(f"coordinates: {told}")
     _show_plan(plan)
+
+
+def _show_waves(facts: dict[str, Any], fastest: float) -> None:
+    """Print two tables: waves that move the shaft, and critical speeds of an unbalance.
+
+    facts : result of `facts_of`, of a rotor with terms of rotation
+    fastest : rad/s, highest frequency that is printed
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    tables = (
+        (wave_heads(), wave_rows(facts["lines"], fastest)),
+        (critical_heads(), critical_rows(facts["rotation"])),
+    )
+    for heads, rows in tables:
+        table = Table(*heads)
+        for row in rows:
+            table.add_row(*row)
+        if rows:
+            Console().print(table)
+
+
+def _show_coincidences(rows: list[dict[str, Any]], lobes: int) -> None:
+    """Print the critical speeds of Eq. 13 as a table, if there are any.
+
+    rows, lobes : result of `critical_of`; number k of the pulse's lobes
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    if not rows:
+        return
+    speed, factor = shown_in(ANGULAR)
+    heading = f"critical speed (Eq. 13), {speed}: up to {factor * SHOWN_SPEED:.4g}"
+    heading += f", all of the load's k = {lobes}"
+    table = Table("nodal diameter", "family", "order", heading)
+    for row in rows:
+        if row["speed"] > SHOWN_SPEED and row["nodal_diameter"] != lobes:
+            continue
+        cells = (row[n] for n in ("nodal_diameter", "family", "order"))
+        table.add_row(*map(str, cells), f"{factor * row['speed']:.1f}")
+    Console().print(table)

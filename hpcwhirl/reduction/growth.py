@@ -234,11 +234,11 @@ def _is_definite(matrix: Any) -> bool:
     return True
 
 
-def _roots_over(model: ModalModel, piece: SpinBlock, speeds: Floats) -> Complexes:
+def roots_over(model: ModalModel, piece: SpinBlock, speeds: Floats) -> Complexes:
     """Return the roots s, 1/s, of one nodal diameter at n speeds, in no order.
 
-    They are (n, 2 m) for m modes; (n, 4 m) on supports that differ by direction, where
-    each motion is counted with its conjugate.
+    They are (n, 2 m) for m modes, rotating frame; (n, 4 m), static frame, on supports
+    that differ by direction, where each motion is counted with its conjugate.
     """
     support, parts = model.terms.support, []
     for speed in speeds.tolist():
@@ -327,7 +327,7 @@ class _Search:
         """Return the roots s, 1/s, that may grow, at n speeds, rad/s, (n, r)."""
         if self.uneven is not None:
             return self.uneven.roots(speeds)
-        each = [_roots_over(self.model, piece, speeds) for piece in self.moving]
+        each = [roots_over(self.model, piece, speeds) for piece in self.moving]
         return np.hstack(each)
 
     def growth(self, speed: float) -> float:

@@ -1,5 +1,6 @@
 """Figures of real campaigns: every kind, its axes and units, and its refusals."""
 
+import itertools
 import re
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from paper import veering
 from paper.text import REASONS, with_reason
 from synthetic import grid_of, synthetic
 
+from hpcwhirl.analysis import rotation
 from hpcwhirl.analysis.critical import coincidences
 from hpcwhirl.analysis.rotation import critical_of, own_waves, waves_over
 from hpcwhirl.campaign.simulate import simulate
@@ -32,6 +34,7 @@ from hpcwhirl.report.figures import (
     sweeps,
     tips,
 )
+from hpcwhirl.report.figures.shaft_waves import THIN
 from hpcwhirl.report.map.critical import speeds_of
 from hpcwhirl.scene import Rotor, Scene, apply_settings
 from hpcwhirl.store.reading.results_file import Results
@@ -596,6 +599,34 @@ def test_the_campbell_diagram_of_full_rotation_has_its_lines():
     assert box.x0 >= 0.0
     assert box.x1 <= figure.bbox.width
     assert not box.overlaps(axes.get_window_extent())
+
+
+def test_waves_of_the_shaft_have_their_growth_as_colour():
+    scene = apply_settings(Scene(), {"rotation": "full", "suspension_damping": -1.0})
+    case = resolve(scene)
+    axes = frequencies.draw_campbell(scene, np.array([300.0, 620.0])).axes[1]
+    found = rotation.shaft_waves_over(case, np.linspace(0.0, axes.get_xlim()[1], 61))
+    for waves, way in itertools.product(axes.collections, (0, 1)):
+        ends = np.array(waves.get_segments())[:, :, 1] * 2 * np.pi
+        rates = [
+            found["growth"][name][way]
+            for name, pair in found["static"].items()
+            if np.allclose(np.abs(pair[way][:-1]), ends[:, 0])
+        ]
+        for rate in rates:
+            middle = (rate[:-1] + rate[1:]) / 2
+            assert np.asarray(waves.get_array()) == pytest.approx(middle)
+            wide = np.array(waves.get_linewidths()) > THIN
+            assert (wide == (middle > 0.0)).all()
+    assert any(max(waves.get_linewidths()) > THIN for waves in axes.collections)
+    marked = {line.get_label(): line.get_data() for line in axes.lines}
+    for kind, speeds in (
+        ("damped", [one["speed"] for one in rotation.damped_speeds_of(case)]),
+        ("undamped", unbalance_speeds(case.model.rotor)),
+    ):
+        x, y = marked[f"critical speed, {kind}"]
+        assert x == pytest.approx(speeds)
+        assert 2 * np.pi * y == pytest.approx(speeds)
 
 
 def test_waves_over_the_speed_are_those_at_each():

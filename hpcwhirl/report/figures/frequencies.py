@@ -24,6 +24,7 @@ from hpcwhirl.report.canvas import (
     new_figure,
     value_of,
 )
+from hpcwhirl.report.figures.shaft_waves import draw_shaft_waves
 from hpcwhirl.report.map.axes import cell_edges
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.units import shown_in
@@ -43,6 +44,9 @@ MOST_ORDERS = 12  # largest number of engine orders, and of harmonics of the cas
 def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     """Return the Campbell diagram in the rotating frame: rotor, casing, engine orders.
 
+    With full rotation and equal sectors, waves of k = 1 are drawn below in the static
+    frame, see `draw_shaft_waves`.
+
     The blades see a wave of the casing with k lobes at |omega_c -+ k Omega|. Eq. 13
     holds where such a wave against the rotation meets 1F or the suspension of the same
     k. With full rotation the rotor's frequencies depend on the speed; frequencies
@@ -60,11 +64,14 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
         raise InputError("a Campbell diagram needs modes of the rotor")
     most = MARGIN * (float(np.abs(speeds).max(initial=0.0)) or 1.0)
     span = np.linspace(0.0, most, POINTS)
-    figure, axes = new_figure((9.5, 6.2))
+    spin = case.model.rotor.spin
+    rows = 2 if spin is not None and len(spin.waves) > 1 else 1
+    figure, panels = new_figure((9.5, 6.2 if rows == 1 else 10.0), rows, squeeze=False)
+    axes = panels[0, 0]
     top = _families(axes, bands_in_hz(case, span), span)
     _casing(axes, table, k, span)
     _marks(axes, case, families.first_family(table, "casing"), most)
-    if case.model.rotor.spin is not None:
+    if spin is not None:
         top = max(top, _of_centre(axes, case, span))
         other = rotation.beside(case)
         _beside(axes, span, bands_in_hz(other, span) if other else {})
@@ -77,7 +84,9 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
              ylabel=axis_of("frequency") + " (rotating frame)")  # fmt: skip
     name = title_of(scene.engine.name, scene.engine.file)
     axes.set_title(f"{name}: casing of k = {k}", parse_math=False)
-    legend_below(figure, axes)
+    if rows == 2:
+        draw_shaft_waves(panels[1, 0], case, span)
+    legend_below(figure, *panels[:, 0])
     return figure
 
 
