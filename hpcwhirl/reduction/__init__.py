@@ -10,4 +10,6 @@ sectors are equal within 2e-5 gets modes of the built-in rotor's form, see `reco
 
 `finite_elements` reduces the sparse matrices of other finite-element codes to the
 coordinates of the built-in rotor: a wheel at once, a sector by nodal diameters.
+
+`shaft_whirl` has the free motions and critical speeds of a shaft line on supports.
 """

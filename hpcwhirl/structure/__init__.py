@@ -7,6 +7,7 @@ displacements, on a soft foundation; a casing that varies along its axis is a si
 supported shell. Harmonics are the default: they need no interpolation at the moving
 contact points, and make the Delassus matrix constant and circulant. The terms of
 rotation of a bladed disk (Coriolis, stiffening, softening) use the same elements.
+Shaft: a line of Timoshenko beams with disks, round in section, see `shaft`.
 """
 
 from hpcwhirl.structure.bladed_disk import blade_stiffness, bladed_disk

@@ -1,0 +1,264 @@
+"""A shaft line: Timoshenko beams with rotary inertia and gyroscopic terms, and disks.
+
+A shaft lies along s, with nodes between its elements. Its motion in the static frame is
+Z = X + i Y and, of its cross sections, the rotation Phi, which is dZ/ds of a slender
+beam. A round shaft is the same in all directions, so that its matrices are real and
+
+M Z'' - i Omega G Z' + K Z = F
+
+in the n coordinates (Z_0, Phi_0, Z_1, Phi_1, ...), followed by the displacements of
+pedestals: masses beside the shaft that do not rotate. G has the polar moments of
+inertia. In the rotating frame, Z = z e^{i Omega t}, with damping D_i of the shaft's
+material, which rotates, and D_s of supports, which do not,
+
+M z'' + [D_i + D_s + 2 i Omega (M - G / 2)] z'
+    + [K + i Omega D_s - Omega^2 (M - G)] z = f.
+
+An element of length L has cubic shape functions with the shear parameter p = 12 E I /
+(kappa G_s A L^2) (J. Przemieniecki, Theory of Matrix Structural Analysis, 1968; H.
+Nelson, A finite rotating shaft element using Timoshenko beam theory, J. Mech. Design
+102, 1980), taken from the section in its middle; a linear taper is integrated exactly.
+kappa of a tube follows from its inner over its outer diameter m and Poisson's ratio nu
+(G. Cowper, The shear coefficient in Timoshenko's beam theory, J. Appl. Mech. 33, 1966):
+
+kappa = 6 (1 + nu) (1 + m^2)^2 / [(7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2].
+
+The material's damping is viscous, D_i = eta_V K, or has a loss factor eta_H, whose
+dissipation per cycle does not depend on the frequency. A loss factor has no matrix in
+the time domain; it is taken as modal damping of the free shaft with ratio eta_H / 2,
+
+D_i = eta_H M Psi diag(omega) Psi^T M, K Psi = M Psi diag(omega^2),
+
+which dissipates as much in a vibration in a mode at its frequency omega in the rotating
+frame, and more than the loss factor in a faster one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from hpcwhirl.arrays import Floats
+from hpcwhirl.structure.elements import add_block
+
+_X, _W = np.polynomial.legendre.leggauss(5)  # exact to degree 9
+POINTS, WEIGHTS = (_X + 1) / 2, _W / 2
+NODE = 2  # coordinates of a node: Z, Phi
+
+
+@dataclass(frozen=True)
+class Tube:
+    """An element of a shaft: a tube or a rod, whose diameters may vary linearly.
+
+    Attributes
+    ----------
+    length : m
+    outer, inner : diameters at both ends, m; inner 0: solid
+    young, density : Pa; kg/m^3
+    shear : shear modulus, Pa; infinite: a beam without shear, of Bernoulli or Rayleigh
+    poisson : Poisson's ratio, for the shear coefficient
+    rotary : whether cross sections have moments of inertia
+    """
+
+    length: float
+    outer: tuple[float, float]
+    inner: tuple[float, float]
+    young: float
+    density: float
+    shear: float
+    poisson: float
+    rotary: bool = True
+
+    def at(self, xi: float) -> tuple[float, float]:
+        """Return area, m^2, and second moment of area, m^4, at xi along the element.
+
+        xi : position, 0 at its first node to 1 at its second
+        """
+        out, within = (a * (1 - xi) + b * xi for a, b in (self.outer, self.inner))
+        area = math.pi / 4 * (out**2 - within**2)
+        return area, math.pi / 64 * (out**4 - within**4)
+
+    @property
+    def shear_coefficient(self) -> float:
+        """Cowper's kappa of the section with the mean diameters."""
+        ratio = (sum(self.inner) / sum(self.outer)) ** 2
+        square, nu = (1 + ratio) ** 2, self.poisson
+        below = square * (7 + 6 * nu) + ratio * (20 + 12 * nu)
+        return 6 * square * (1 + nu) / below
+
+    @property
+    def shear_parameter(self) -> float:
+        """Shear parameter p = 12 E I / (kappa G_s A L^2), 0 without shear."""
+        area, second = self.at(0.5)
+        stiff = self.shear_coefficient * self.shear * area * self.length**2
+        return 12 * self.young * second / stiff
+
+
+def deflection(xi: float, length: float, p: float) -> Floats:
+    """Return the shape functions of Z along an element, (4,), for (Z, Phi) of its ends.
+
+    xi, length, p : position, 0 to 1; m; shear parameter
+    """
+    shapes = [
+        1 - 3 * xi**2 + 2 * xi**3 + p * (1 - xi),
+        length * (xi * (1 - xi) ** 2 + p * xi * (1 - xi) / 2),
+        3 * xi**2 - 2 * xi**3 + p * xi,
+        length * (xi**2 * (xi - 1) - p * xi * (1 - xi) / 2),
+    ]
+    return np.array(shapes) / (1 + p)
+
+
+def rotation(xi: float, length: float, p: float) -> tuple[Floats, Floats]:
+    """Return the shape functions of Phi along an element, and of dPhi/ds, (4,) each.
+
+    xi, length, p : position, 0 to 1; m; shear parameter
+    """
+    turned = [
+        6 * xi * (xi - 1) / length,
+        (1 - xi) * (1 - 3 * xi + p),
+        6 * xi * (1 - xi) / length,
+        xi * (3 * xi - 2 + p),
+    ]
+    bent = [
+        6 * (2 * xi - 1) / length, 6 * xi - 4 - p, 6 * (1 - 2 * xi) / length,
+        6 * xi - 2 + p,
+    ]  # fmt: skip
+    return np.array(turned) / (1 + p), np.array(bent) / (1 + p) / length
+
+
+def tube_matrices(tube: Tube) -> tuple[Floats, Floats, Floats]:
+    """Return mass, gyroscopic matrix and stiffness (M, G, K) of a shaft's element.
+
+    Each is (4, 4) in (Z, Phi) of its first and of its second node.
+    """
+    mass, gyro, stiffness = np.zeros((3, 4, 4))
+    length, p = tube.length, tube.shear_parameter
+    sheared = np.array([-1.0, -length / 2, 1.0, -length / 2]) * p / (1 + p) / length
+    kappa_g = tube.shear_coefficient * tube.shear if p else 0.0
+    for xi, weight in zip(POINTS, WEIGHTS, strict=True):
+        (area, second), ds = tube.at(xi), weight * length
+        moved, (turned, bent) = deflection(xi, length, p), rotation(xi, length, p)
+        mass += tube.density * area * ds * np.outer(moved, moved)
+        if tube.rotary:
+            swung = tube.density * second * ds * np.outer(turned, turned)
+            mass += swung
+            gyro += 2 * swung
+        stiffness += tube.young * second * ds * np.outer(bent, bent)
+        stiffness += kappa_g * area * ds * np.outer(sheared, sheared)
+    return mass, gyro, stiffness
+
+
+@dataclass(frozen=True)
+class ShaftDisk:
+    """A rigid disk on a shaft.
+
+    Attributes
+    ----------
+    node : of the shaft, from 0
+    mass : kg
+    polar, about_diameter : moments of inertia I_p, I_d, kg m^2
+    """
+
+    node: int
+    mass: float
+    polar: float = 0.0
+    about_diameter: float = 0.0
+
+
+@dataclass(frozen=True)
+class ShaftLine:
+    """A shaft of elements one after the other, with disks, and pedestals beside it.
+
+    Attributes
+    ----------
+    tubes : elements; element e lies between nodes e and e + 1
+    disks : rigid disks
+    pedestals : kg, mass of each pedestal, which supports may connect to the shaft
+    viscous : eta_V, s, of the material's damping
+    loss : eta_H, loss factor of the material
+    """
+
+    tubes: tuple[Tube, ...]
+    disks: tuple[ShaftDisk, ...] = ()
+    pedestals: tuple[float, ...] = ()
+    viscous: float = 0.0
+    loss: float = 0.0
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes of the shaft."""
+        return len(self.tubes) + 1
+
+    @property
+    def size(self) -> int:
+        """Number n of complex coordinates."""
+        return NODE * self.nodes + len(self.pedestals)
+
+    @property
+    def places(self) -> Floats:
+        """Positions of the nodes along the shaft, (nodes,), m, from the first one."""
+        return np.cumsum([0.0, *(tube.length for tube in self.tubes)])
+
+    @property
+    def mass(self) -> float:
+        """Mass of shaft and disks, kg."""
+        parts = [
+            sum(w * tube.at(xi)[0] for xi, w in zip(POINTS, WEIGHTS, strict=True))
+            * tube.density
+            * tube.length
+            for tube in self.tubes
+        ]
+        return float(sum(parts) + sum(disk.mass for disk in self.disks))
+
+
+@dataclass(frozen=True, eq=False)
+class LineMatrices:
+    """The matrices of a free shaft line in its n complex coordinates, real, (n, n).
+
+    Attributes
+    ----------
+    mass, gyro, stiffness : M, kg; G, kg m^2; K, N/m
+    damping : D_i, N s/m, of the material, which rotates
+    """
+
+    mass: Floats
+    gyro: Floats
+    stiffness: Floats
+    damping: Floats
+
+
+def line_matrices(line: ShaftLine) -> LineMatrices:
+    """Return the matrices of a shaft line that nothing holds."""
+    mass, gyro, stiffness = np.zeros((3, line.size, line.size))
+    for e, tube in enumerate(line.tubes):
+        dofs = NODE * e + np.arange(2 * NODE)
+        for target, part in zip(
+            (mass, gyro, stiffness), tube_matrices(tube), strict=True
+        ):
+            add_block(target, part, dofs)
+    for disk in line.disks:
+        at = NODE * disk.node
+        mass[at, at] += disk.mass
+        mass[at + 1, at + 1] += disk.about_diameter
+        gyro[at + 1, at + 1] += disk.polar
+    for place, heavy in enumerate(line.pedestals, NODE * line.nodes):
+        mass[place, place] += heavy
+    return LineMatrices(mass, gyro, stiffness, _damping(line, mass, stiffness))
+
+
+def _damping(line: ShaftLine, mass: Floats, stiffness: Floats) -> Floats:
+    """Return the matrix D_i of the material's damping, (n, n), N s/m.
+
+    mass, stiffness : M and K of the free shaft line, (n, n)
+    """
+    damping = line.viscous * stiffness
+    if line.loss:
+        own = slice(NODE * line.nodes)  # pedestals are not part of the shaft
+        squared, modes = eigh(stiffness[own, own], mass[own, own])
+        lift = mass[own, own] @ modes
+        rates = line.loss * np.sqrt(np.maximum(squared, 0.0))
+        damping[own, own] += (lift * rates) @ lift.T
+    return damping
