@@ -1,252 +1,116 @@
 """Comparison of solver settings by cost and by error against a finer reference.
 
-Each scene is integrated with each setting, such as another scheme or time step, and
-with the reference, whose settings are more accurate than needed. This is repeated for
-twins, copies whose force differs by a tiny amount, since small differences grow in a
-motion with contact.
-
-Scenes, settings and reference are in trials.toml. A setting changes one property of the
-solver, its axis, such as the scheme or the time step.
+Each case is integrated with each setting, such as another scheme or time step, and with
+the reference, which is finer than all. This is done in rounds: each round integrates
+everything once, with a time step a few per cent shorter than in the last, so that
+repeats of a computation are spread over the whole run, and its twins differ by what a
+step's error makes. Settings that lead to the same computation share one row.
 """
 
 from __future__ import annotations
 
 import math
 import time
-import tomllib
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from importlib import resources
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import t as student
 
-from hpcwhirl.campaign.simulate import Result, simulate
-from hpcwhirl.case.resolve import resolve
-from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.input_names import Value
+from hpcwhirl.benchmark.numbers import (
+    NINE,
+    NUDGE,
+    NUMBERS,
+    ONLY_LATE,
+    SCORED,
+    Quantile,
+    Run,
+    Shift,
+    error_of,
+    is_sensitive,
+    quantile_of,
+    run_of,
+    scatter_of,
+    shifts_of,
+    usual_words,
+)
+from hpcwhirl.benchmark.trials import (
+    Setting,
+    Settings,
+    applied,
+    pinned,
+    reference_of,
+    trials,
+)
+from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import Scene, apply_settings, flatten
 from hpcwhirl.scene.schemes import DEFAULT
-from hpcwhirl.scene.words import word_of
-from hpcwhirl.structure.bladed_disk import MOST_DOF
 
-Settings = dict[str, Value]
-A_BLADE = "modes_a_blade"  # key of a setting: fixed-interface modes / N
-
-
-@dataclass(frozen=True)
-class Setting:
-    """A setting of the solver that `hpcwhirl tradeoff` tries.
-
-    Attributes
-    ----------
-    axis, label : what the setting varies, such as the scheme; name of the setting
-    inputs : {input: value} that it sets in a scene
-    """
-
-    axis: str
-    label: str
-    inputs: Settings
-
-
-def trials() -> dict[str, Any]:
-    """Return the table trials.toml: scenes, settings by axis, and the reference."""
-    text = resources.files("hpcwhirl.benchmark").joinpath("trials.toml").read_text()
-    return tomllib.loads(text)
-
-
-def default_scenes(base: Scene) -> dict[str, Scene]:
-    """Return the scenes on which settings are compared by default, {name: scene}.
-
-    There is one for each kind of motion, and one near a boundary between two words.
-
-    base : scene of which each one changes some inputs
-    """
-    table = trials()["scenes"]
-    return {name: apply_settings(base, inputs) for name, inputs in table.items()}
-
-
-def applied(scene: Scene, inputs: Settings) -> Scene:
-    """Return a scene with the inputs of a setting.
-
-    inputs : {input: value}; the key `modes_a_blade`, times N, sets the input `modes`
-    """
-    settings: dict[str, Any] = {"until": "end", **inputs}
-    if "time_step" in inputs:  # otherwise the input accuracy would choose it
-        settings["accuracy"] = 0.0
-    if inputs.keys() & {A_BLADE, "modes", "casing.harmonics", "casing.families"}:
-        settings["truncation"] = 0.0
-    if A_BLADE in settings:
-        settings["modes"] = settings.pop(A_BLADE) * scene.engine.rotor.blades
-    return apply_settings(scene, settings)
-
-
-def reference_of(scene: Scene) -> Scene:
-    """Return a scene with the accurate settings of the reference, and full traces."""
-    scene = resolve(scene).scene  # modes and step are chosen by error bounds
-    table, engine, solver = trials()["reference"], scene.engine, scene.solver
-    modes = table[A_BLADE] * engine.rotor.blades
-    most = MOST_DOF // (3 * engine.rotor.blades) - 1
-    chosen: Settings = {
-        "scheme": table["scheme"],
-        "time_step": min(table["time_step"], 0.25 * solver.time_step),
-        "accuracy": 0.0,
-        "truncation": 0.0,
-        "modes": max(modes, solver.modes),
-        "casing.harmonics": max(table["harmonics"], engine.casing.harmonics),
-        "casing.families": "all",
-        "rotor.elements": max(min(table["elements"], most), engine.rotor.elements),
-        "until": "end",
-        "traces": "full",
-    }
-    return apply_settings(scene, chosen)
-
-
-def axes() -> tuple[str, ...]:
-    """Return the names of what settings vary, such as the time step.
-
-    Those that take long to compare are last.
-    """
-    table = trials()
-    return (*table["axes"], "together", *table["slow"])
-
-
-def settings_of(names: Sequence[str] = ()) -> list[Setting]:
-    """Return the settings that vary the named axes.
-
-    names : names from `axes`; none: all but those that take long to compare
-
-    Raises
-    ------
-    InputError
-        for a name that is no axis
-    """
-    table = trials()
-    single = table["axes"] | table["slow"]
-    chosen = names or (*table["axes"], "together")
-    out = [Setting("as given", "as given", {})]
-    for name in chosen:
-        if name not in (*single, "together"):
-            raise unknown("axis", name, axes())
-        if name == "together":
-            inputs = table["together"]["inputs"]
-            rows = [
-                dict(zip(inputs, row, strict=True)) for row in table[name]["values"]
-            ]
-        else:
-            rows = [{n: v} for n, values in single[name].items() for v in values]
-        out += [Setting(name, _label(row), row) for row in rows]
-    return out
-
-
-def _label(inputs: Mapping[str, Value]) -> str:
-    short = {name.rsplit(".", 1)[-1]: value for name, value in inputs.items()}
-    return ", ".join(
-        f"{n} {v:g}" if isinstance(v, float) else f"{n} {v}" for n, v in short.items()
-    )
-
-
-NUDGE = 1e-7  # relative change of the force from one twin of a case to the next
-CONFIDENCE = 0.95
-LEAST = 0.01  # least displacement by which errors of the centre are divided / gap
+GROWING = ("growth_rate", "line_frequency")  # numbers of a divergent case
 WARM = 200  # steps that compile a kernel before the timing
-# {name of a number: scale of its error, see `difference`}
-NUMBERS = {
-    "orbit_radius": "radius",
-    "contact_impulse": "itself",
-    "centre_peak": "radius",
-    "tip_peak": "itself",
-    "line_frequency": "itself",
-    "growth_rate": "window",
-}
-# numbers that can be compared between runs of different duration
-ONLY_LATE = ("orbit_radius", "line_frequency", "growth_rate")
-SCORED = ("orbit_radius", "contact_impulse", "centre_peak", "tip_peak")
+REFERENCE = -1  # number of the reference in the list of computations
+Key = tuple[tuple[str, str], ...]
+Runs = dict[tuple[int, str], list[Run]]  # {(computation, case): its twins}
 
 
 @dataclass(frozen=True)
-class Sample:
-    """Words, numbers and cost of one integration of a scene.
+class Computation:
+    """One or more settings that lead to the same computation in all cases.
 
     Attributes
     ----------
-    words : regime, or why there is none, and whirl
-    numbers : {name in `NUMBERS`: number}, and the window, s, and ledger error
-    seconds : processor time, s
+    settings : them; the first one that can be typed gives the options
+    scenes : {case: scene with time step and modes as numbers}; less those refused
+    refused : {case: why the setting is refused}
     """
 
-    words: tuple[str, str]
-    numbers: dict[str, float]
-    seconds: float
-
-
-@dataclass
-class Compared:
-    """Results of one setting on one scene, compared with the reference.
-
-    Attributes
-    ----------
-    scene : name of the scene
-    axis, label : what the setting varies, such as the scheme; name of the setting
-    inputs : {input: value} of the setting
-    seconds : processor time of each twin, s
-    words : "REGIME WHIRL" of each twin
-    agree : number of twins with the reference's words
-    errors : {name in `NUMBERS`: relative error of the mean over the twins}
-    margins : {name: half the confidence interval of that error}
-    ledger : largest |ledger_error| of any twin
-    refused : error message if the setting was refused, else ""
-    """
-
-    scene: str
-    axis: str
-    label: str
-    inputs: Settings
-    seconds: list[float] = field(default_factory=list)
-    words: list[str] = field(default_factory=list)
-    agree: int = 0
-    errors: dict[str, float] = field(default_factory=dict)
-    margins: dict[str, float] = field(default_factory=dict)
-    ledger: float = 0.0
-    refused: str = ""
+    settings: tuple[Setting, ...]
+    scenes: dict[str, Scene]
+    refused: dict[str, str]
 
     @property
-    def score(self) -> float:
-        """Largest relative error of the numbers `SCORED`; infinite if refused."""
-        if self.refused:
-            return math.inf
-        return max((self.errors[n] for n in SCORED if n in self.errors), default=0.0)
+    def label(self) -> str:
+        """The names of its settings."""
+        return " = ".join(setting.label for setting in self.settings)
+
+    @property
+    def given(self) -> bool:
+        """Whether one of its settings is "as given"."""
+        return any(not setting.inputs for setting in self.settings)
 
 
-def run_once(scene: Scene, twin: int) -> Sample:
-    """Integrate one twin of a scene; return its words, numbers and processor time.
+def computations(
+    scenes: Mapping[str, Scene], settings: Sequence[Setting]
+) -> list[Computation]:
+    """Return the distinct computations of settings, in their order.
 
-    Twin number `twin` has the scene's force (if that is 0, its gap) times 1 + `twin` *
-    `NUDGE`. The timed run keeps the traces that the scene asks for. Unless these are
-    full, a second run with full traces gives the peak displacement of the tips.
+    scenes, settings : {case: scene}; settings to compare
     """
-    nudged = "force" if scene.is_loaded else "gap"
-    larger = getattr(scene, nudged) * (1.0 + twin * NUDGE)
-    scene = apply_settings(scene, {nudged: larger})
-    start = time.process_time()  # depends less on other load than wall time
-    result = simulate(scene)
-    seconds = time.process_time() - start
-    if scene.output.traces != "full":
-        result = simulate(apply_settings(scene, {"traces": "full"}))
-    return _sample(result, seconds)
+    found: dict[Key, Computation] = {}
+    for setting in settings:
+        one = _computation(scenes, setting)
+        key = tuple((name, repr(sorted(flatten(s).items())))
+                    for name, s in one.scenes.items())  # fmt: skip
+        if key in found and key:
+            same = found[key]
+            found[key] = replace(same, settings=(*same.settings, setting))
+        else:
+            found[key or ((setting.axis, setting.label),)] = one
+    return list(found.values())
 
 
-def _sample(result: Result, seconds: float) -> Sample:
-    row = result.row
-    regime = word_of("ok", str(row["outcome"]), str(row["regime"]))
-    numbers = {n: float(row[n]) for n in NUMBERS if n in row}
-    numbers["window"] = float(row["window"])
-    numbers["ledger_error"] = abs(float(row["ledger_error"]))
-    tips = result.traces["tips"]
-    if len(tips):
-        numbers["tip_peak"] = float(np.hypot(tips[..., 0], tips[..., 1]).max())
-    return Sample((regime, str(row["whirl"])), numbers, seconds)
+def _computation(scenes: Mapping[str, Scene], setting: Setting) -> Computation:
+    ready, refused = {}, {}
+    for name, scene in scenes.items():
+        try:
+            tried = pinned(applied(scene, setting.inputs))
+            _warm(tried)
+        except InputError as failed:
+            refused[name] = str(failed)
+        else:
+            ready[name] = tried
+    return Computation((setting,), ready, refused)
 
 
 def _warm(scene: Scene) -> None:
@@ -259,14 +123,12 @@ def _warm(scene: Scene) -> None:
     simulate(apply_settings(scene, short))
 
 
-def _possible(finest: Scene) -> Scene:
+def _finest(scene: Scene) -> Scene:
     """Return the reference of a scene in a form that can be integrated.
 
-    If its scheme is refused for this scene, it gets the default scheme. Its kernels are
-    compiled, too.
-
-    finest : the scene with the settings of the reference
+    If its scheme is refused for this scene, it gets the default scheme.
     """
+    finest = reference_of(scene)
     try:
         _warm(finest)
     except InputError:
@@ -275,133 +137,123 @@ def _possible(finest: Scene) -> Scene:
     return finest
 
 
-def compare(
-    name: str, scene: Scene, setting: Setting, reference: list[Sample], repeats: int
-) -> Compared:
-    """Integrate a scene with a setting and compare it with the reference.
+def run_once(scene: Scene, round_: int) -> Run:
+    """Integrate a scene in one round; return its words, numbers and processor time.
 
-    Parameters
-    ----------
-    name, scene : name of the scene; the scene
-    setting : inputs to set in the scene
-    reference : results of the scene's twins with the settings of the reference
-    repeats : number of twins to integrate and time
+    The step is shorter by `round_` times `NUDGE`, and the run keeps the peaks of the
+    blades, unless it is kept for the cost of its traces.
+
+    scene : a scene whose time step and modes are numbers, see `pinned`
     """
-    out = Compared(name, setting.axis, setting.label, setting.inputs)
-    try:
-        tried = applied(scene, setting.inputs)
-        _warm(tried)
-        samples = [run_once(tried, twin) for twin in range(repeats)]
-    except InputError as failed:
-        out.refused = str(failed)
-        return out
-    usual = _usual_words(reference)
-    out.seconds = [sample.seconds for sample in samples]
-    out.words = [" ".join(sample.words) for sample in samples]
-    out.agree = sum(sample.words == usual for sample in samples)
-    out.ledger = max(sample.numbers["ledger_error"] for sample in samples)
-    for number in NUMBERS:
-        if setting.axis == "duration" and number not in ONLY_LATE:
-            continue
-        error = difference(number, samples, reference, scene.gap)
-        if error is not None:
-            out.errors[number], out.margins[number] = error
-    return out
+    step = scene.solver.time_step * (1.0 - round_ * NUDGE)
+    twin = apply_settings(scene, {"time_step": step})
+    _warm(twin)  # its model may have left the cache since the last round
+    start = time.process_time()  # depends less on other load than wall time
+    result = simulate(twin)
+    return run_of(result, time.process_time() - start)
 
 
-def _usual_words(samples: Sequence[Sample]) -> tuple[str, str]:
-    words = [sample.words for sample in samples]
-    return max(words, key=words.count)
-
-
-def difference(
-    number: str, samples: Sequence[Sample], reference: Sequence[Sample], gap: float
-) -> tuple[float, float] | None:
-    """Return the relative error of a number, and half its confidence interval.
-
-    The error is that of the mean over twins, relative to the reference's mean; for
-    displacements of the centre to at least `LEAST` times the gap. The error of a growth
-    rate is multiplied by the window, which makes it a change of ln amplitude. Return
-    None if a value is not finite, or if both samples and reference are 0.
-
-    Parameters
-    ----------
-    number : name of the number, one of `NUMBERS`
-    samples, reference : results of one scene's twins, with the setting and with the
-        reference
-    gap : m
-    """
-    a = np.array([s.numbers.get(number, math.nan) for s in samples])
-    b = np.array([s.numbers.get(number, math.nan) for s in reference])
-    if not (np.isfinite(a).all() and np.isfinite(b).all()):
-        return None
-    scale = abs(float(b.mean()))
-    if NUMBERS[number] == "radius":
-        scale = max(scale, LEAST * gap)
-    if NUMBERS[number] == "window":
-        scale = 1.0 / max(s.numbers["window"] for s in reference)
-    if scale == 0.0:
-        return (math.inf, math.inf) if a.any() else None
-    return abs(float(a.mean() - b.mean())) / scale, _margin(a, b) / scale
-
-
-def _margin(a: Any, b: Any) -> float:
-    """Return half the confidence interval of the difference of two means (Welch).
-
-    a, b : values of one number in the twins with two settings
-    """
-    if min(len(a), len(b)) < 2:
-        return math.inf
-    parts = np.array([a.var(ddof=1) / len(a), b.var(ddof=1) / len(b)])
-    if not parts.sum() > 0.0:
-        return 0.0
-    freedom = parts.sum() ** 2 / (parts**2 / [len(a) - 1, len(b) - 1]).sum()
-    return float(student.ppf(0.5 + CONFIDENCE / 2, freedom) * math.sqrt(parts.sum()))
-
-
-def floor_of(reference: Sequence[Sample], gap: float) -> dict[str, float]:
-    """Return how much numbers of a scene differ by chance alone, between twins.
-
-    Returns {name in `NUMBERS`: largest relative error of one twin against the mean of
-    the others}; a setting with smaller errors is as good as the reference
-
-    reference, gap : results of a scene's twins with the settings of the reference; m
-    """
-    out = {}
-    for number in NUMBERS:
-        errors = [
-            difference(number, [one], [s for s in reference if s is not one], gap)
-            for one in reference
-        ]
-        finite = [f[0] for f in errors if f is not None]
-        if finite:
-            out[number] = max(finite)
-    return out
-
-
-@dataclass
-class Tradeoff:
-    """Results of a comparison of solver settings on several scenes.
+@dataclass(frozen=True)
+class Case:
+    """A case on which settings are compared.
 
     Attributes
     ----------
-    compared : results of each setting on each scene
-    words : {scene: words of the reference's twins}
-    floors : {scene: errors that chance alone makes, see `floor_of`}
-    reference : inputs of the reference
-    reference_seconds : {scene: median processor time of a reference run, s}
+    gap : m
+    words : words of the reference's twins
+    decided : whether they have a regime
+    sensitive : whether they differ so much that errors have no meaning
+    scatter : {number: how far they differ}
+    seconds : median processor time of the reference
     """
 
-    compared: list[Compared]
-    words: dict[str, list[str]]
-    floors: dict[str, dict[str, float]]
+    gap: float
+    words: list[str]
+    decided: bool
+    sensitive: bool
+    scatter: dict[str, float]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Error:
+    """Errors of a number over the cases that are not sensitive.
+
+    Attributes
+    ----------
+    median, nine : error below which half, and nine in ten, of the cases lie
+    largest : of all cases
+    twins : scatter of the setting's twins, below which nine in ten of the cases lie
+    """
+
+    median: Quantile
+    nine: Quantile
+    largest: float
+    twins: float
+
+
+@dataclass(frozen=True)
+class Row:
+    """Cost and accuracy of one computation over all cases.
+
+    Attributes
+    ----------
+    axis, label, options : what is varied; names of the settings; what to type
+    inputs : {input: value} that the options set
+    cost : processor time / that of the cases as given in the same round, median
+    costs : that ratio in each round
+    same, changed, open : cases with the reference's words; with other words though
+        both are decided; where either is not decided
+    agree, runs : runs with the reference's words, of all
+    errors : {number: its errors}
+    of : {case: {number: error of its worst twin}}, of cases that are not sensitive
+    shifts : {number: how its distribution differs}, of sensitive cases
+    ledger : largest |ledger_error| of any run
+    refused : {case: message}
+    unstable : whether a run was unstable
+    score : median over cases of the largest error of the numbers `SCORED`
+    front : whether no other row is as good in cost, words and score, and better in one
+    """
+
+    axis: str
+    label: str
+    options: str
+    inputs: Settings
+    cost: float = math.inf
+    costs: tuple[float, ...] = ()
+    same: int = 0
+    changed: int = 0
+    open: int = 0
+    agree: int = 0
+    runs: int = 0
+    errors: dict[str, Error] = field(default_factory=dict)
+    of: dict[str, dict[str, float]] = field(default_factory=dict)
+    shifts: dict[str, Shift] = field(default_factory=dict)
+    ledger: float = 0.0
+    refused: dict[str, str] = field(default_factory=dict)
+    unstable: bool = False
+    score: float = math.inf
+    front: bool = False
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """Results of a comparison of solver settings on several cases.
+
+    Attributes
+    ----------
+    rows : cost and accuracy of each computation
+    cases : {name: case}
+    reference : inputs of the reference
+    """
+
+    rows: list[Row]
+    cases: dict[str, Case]
     reference: Settings
-    reference_seconds: dict[str, float]
 
     def facts(self) -> dict[str, Any]:
-        """Return the results as data for JSON, with the score of each comparison."""
-        rows = [asdict(row) | {"score": row.score} for row in self.compared]
-        return asdict(self) | {"compared": rows}
+        """Return the results as data for JSON."""
+        return asdict(self)
 
 
 def measure(
@@ -410,32 +262,186 @@ def measure(
     repeats: int,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Tradeoff:
-    """Integrate every scene with every setting and with the reference.
+    """Integrate every case with every setting and with the reference.
 
     Parameters
     ----------
     scenes : {name: scene}
-    settings : settings to compare
-    repeats : twins per setting, at least 2 for confidence intervals
-    tell : called with a line of text before each setting
+    settings : settings to compare; the first is that with which costs are compared
+    repeats : rounds, at least 2
+    tell : called with a line of text before each integration
 
     Raises
     ------
     InputError
-        if a scene cannot be integrated as given, or with the reference's settings
+        if a case cannot be integrated as given, or with the reference's settings
     """
-    out = Tradeoff([], {}, {}, trials()["reference"], {})
-    for name, scene in scenes.items():
-        tell(f"{name}: reference")
-        finest = _possible(reference_of(scene))
-        reference = [run_once(finest, twin) for twin in range(repeats)]
-        out.words[name] = [" ".join(sample.words) for sample in reference]
-        out.floors[name] = floor_of(reference, scene.gap)
-        out.reference_seconds[name] = float(np.median([s.seconds for s in reference]))
-        for setting in settings:
-            tell(f"{name}: {setting.label}")
-            row = compare(name, scene, setting, reference, repeats)
-            if row.refused and not setting.inputs:
-                raise InputError(f"{name}: {row.refused}")
-            out.compared.append(row)
+    scenes = {name: _with_peaks(scene) for name, scene in scenes.items()}
+    tried = computations(scenes, settings)
+    for name, why in tried[0].refused.items():
+        raise InputError(f"{name}: {why}")
+    finest = {name: _finest(scene) for name, scene in scenes.items()}
+    runs: Runs = {}
+    todo = list(_todo(tried, finest))
+    for round_ in range(repeats):
+        for number, name, scene in todo:
+            label = "reference" if number == REFERENCE else tried[number].label
+            tell(f"round {round_ + 1} of {repeats}, {name}: {label}")
+            runs.setdefault((number, name), []).append(run_once(scene, round_))
+    cases = {name: _case(runs[REFERENCE, name], s.gap) for name, s in scenes.items()}
+    rows = [_row(number, one, runs, cases) for number, one in enumerate(tried)]
+    return Tradeoff(_marked(rows), cases, trials()["reference"])
+
+
+def _with_peaks(scene: Scene) -> Scene:
+    """Return a scene that keeps the peaks of its blades, whatever its traces."""
+    kept = scene.output.traces in ("blades", "full")
+    return scene if kept else apply_settings(scene, {"traces": "blades"})
+
+
+def _todo(
+    tried: Sequence[Computation], finest: Mapping[str, Scene]
+) -> Iterator[tuple[int, str, Scene]]:
+    for name, scene in finest.items():
+        yield REFERENCE, name, scene
+        for number, one in enumerate(tried):
+            if name in one.scenes:
+                yield number, name, one.scenes[name]
+
+
+def _case(reference: list[Run], gap: float) -> Case:
+    return Case(
+        gap,
+        [run.words for run in reference],
+        all(run.is_decided for run in reference),
+        is_sensitive(reference, gap),
+        scatter_of(reference, gap),
+        float(np.median([run.seconds for run in reference])),
+    )
+
+
+def _row(number: int, one: Computation, runs: Runs, cases: Mapping[str, Case]) -> Row:
+    first = next((s for s in one.settings if s.options), one.settings[0])
+    empty = Row(one.settings[0].axis, one.label, first.options, first.sets,
+                refused=one.refused)  # fmt: skip
+    if not one.scenes:
+        return empty
+    pairs = {n: (runs[number, n], runs[REFERENCE, n]) for n in one.scenes}
+    flat = [run for own, _ in pairs.values() for run in own]
+    steady = {n: pair for n, pair in pairs.items() if not cases[n].sensitive}
+    late = one.settings[0].axis == "duration"
+    names = ONLY_LATE if late else tuple(NUMBERS)
+    of = {n: _errors(_kept(names, cases[n]), pair, cases[n].gap)
+          for n, pair in steady.items()}  # fmt: skip
+    costs, counts = _costs(number, one, runs), _words(pairs)
+    return replace(
+        empty,
+        cost=float(np.median(costs)),
+        costs=costs,
+        same=counts["same"],
+        changed=counts["changed"],
+        open=counts["open"],
+        agree=counts["agree"],
+        runs=counts["runs"],
+        errors=_over_cases(of, steady, cases),
+        of={n: {name: e[1] for name, e in found.items()} for n, found in of.items()},
+        shifts=shifts_of([p for n, p in pairs.items() if cases[n].sensitive]),
+        ledger=max(run.numbers["ledger_error"] for run in flat),
+        unstable=any(run.regime == "unstable" for run in flat),
+        score=_score(of),
+    )
+
+
+def _costs(number: int, one: Computation, runs: Runs) -> tuple[float, ...]:
+    """Return the processor time of each round / that as given, of the same cases."""
+    seconds = [[run.seconds for run in runs[number, n]] for n in one.scenes]
+    given = [[run.seconds for run in runs[0, n]] for n in one.scenes]
+    ratio = np.sum(seconds, axis=0) / np.sum(given, axis=0)
+    return tuple(float(r) for r in ratio)
+
+
+def _words(pairs: Mapping[str, tuple[list[Run], list[Run]]]) -> dict[str, int]:
+    """Return how many cases and runs have the words of the reference."""
+    out = dict.fromkeys(("same", "changed", "open", "agree", "runs"), 0)
+    for own, reference in pairs.values():
+        usual = usual_words(reference)
+        out["runs"] += len(own)
+        out["agree"] += sum(run.words == usual for run in own)
+        decided = all(run.is_decided for run in (*own, *reference))
+        same = usual_words(own) == usual
+        out["open" if not decided else "same" if same else "changed"] += 1
     return out
+
+
+def _kept(names: Sequence[str], case: Case) -> Sequence[str]:
+    """Return the numbers that are compared: of a divergent case those of its growth.
+
+    Its size is that at which the run ended, and multiplies any error of the rate.
+    """
+    grows = max(case.words, key=case.words.count).startswith("divergent")
+    return [n for n in names if n in GROWING] if grows else names
+
+
+def _errors(
+    names: Sequence[str], pair: tuple[list[Run], list[Run]], gap: float
+) -> dict[str, tuple[float, float]]:
+    found = {name: error_of(name, *pair, gap) for name in names}
+    return {name: error for name, error in found.items() if error is not None}
+
+
+def _over_cases(
+    of: Mapping[str, Mapping[str, tuple[float, float]]],
+    steady: Mapping[str, tuple[list[Run], list[Run]]],
+    cases: Mapping[str, Case],
+) -> dict[str, Error]:
+    """Return {number: its errors over the cases} that are not sensitive.
+
+    of : {case: {number: (error of the mean, of the worst twin)}}
+    """
+    out = {}
+    scatter = [scatter_of(own, cases[n].gap) for n, (own, _) in steady.items()]
+    for name in NUMBERS:
+        errors = [found[name][0] for found in of.values() if name in found]
+        twins = [found[name] for found in scatter if name in found]
+        if errors:
+            out[name] = Error(
+                quantile_of(errors, 0.5),
+                quantile_of(errors, NINE),
+                max(errors),
+                quantile_of(twins, NINE).value if twins else 0.0,
+            )
+    return out
+
+
+def _score(of: Mapping[str, Mapping[str, tuple[float, float]]]) -> float:
+    worst = [
+        max((found[n][0] for n in SCORED if n in found), default=0.0)
+        for found in of.values()
+    ]
+    return float(np.median(worst)) if worst else 0.0
+
+
+def _marked(rows: list[Row]) -> list[Row]:
+    """Return rows, those on the Pareto front marked."""
+    front = {id(row) for row in front_of(rows)}
+    return [replace(row, front=id(row) in front) for row in rows]
+
+
+def front_of(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows on the Pareto front, sorted by cost.
+
+    Minimised are cost, number of runs with other words than the reference, and score
+    (see `Row`); refused and unstable settings, and those of the duration, are left out.
+    """
+    whole = [
+        row
+        for row in rows
+        if not (row.refused or row.unstable) and row.axis != "duration"
+    ]
+    keys = np.array([(row.cost, row.runs - row.agree, row.score) for row in whole])
+    front = [
+        row
+        for row, key in zip(whole, keys, strict=True)
+        if not ((keys <= key).all(axis=1) & (keys < key).any(axis=1)).any()
+    ]
+    return sorted(front, key=lambda row: row.cost)

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.benchmark.tradeoff import trials
+from hpcwhirl.benchmark.trials import trials
 from hpcwhirl.scene import engine_inputs, preset_names
 from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.store.reading.reader import words

@@ -23,46 +23,51 @@ import tomli_w
 
 import hpcwhirl.scene
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.figures.pareto import COLUMNS, Row, percent, table_of
+from hpcwhirl.report.figures.pareto import COLUMNS, percent
 
 RULES = {"draft": 0.2, "standard": 0.008}  # largest median error
 FIXED = {"plan": "lean", "scheme": "modal"}
 PATH = Path(hpcwhirl.scene.__file__).parent / "presets.toml"
-TOLD = ("orbit_radius", "contact_impulse", "tip_peak")
+TOLD = ("orbit_radius", "contact_impulse", "blade_peak")
+BOTH = {"accuracy", "truncation"}  # inputs of a candidate
+
+
+Row = dict[str, Any]
 
 
 def candidates(facts: dict[str, Any]) -> list[tuple[Row, dict[str, float]]]:
     """Return rows with all words right, and their inputs, the cheapest first."""
-    inputs = {row["label"]: row["inputs"] for row in facts["compared"]}
-    rows = [row for row in table_of(facts) if row.axis == "together"]
-    right = [row for row in rows if row.agree == row.runs and not row.refused]
-    return [(row, inputs[row.label]) for row in sorted(right, key=lambda r: r.cost)]
+    rows = [row for row in facts["rows"] if row["inputs"].keys() >= BOTH]
+    right = [row for row in rows if row["agree"] == row["runs"] and not row["refused"]]
+    return [(row, {name: row["inputs"][name] for name in sorted(BOTH)})
+            for row in sorted(right, key=lambda row: row["cost"])]  # fmt: skip
 
 
 def chosen(facts: dict[str, Any]) -> dict[str, tuple[Row, dict[str, float]]]:
     """Return {preset: (what was measured, inputs)}."""
     found, out = candidates(facts), {}
     for name, most in RULES.items():
-        fine = [pair for pair in found if pair[0].score <= most]
+        fine = [pair for pair in found if pair[0]["score"] <= most]
         if not fine:
             msg = f"no combination is as accurate as {name} asks ({most:g})"
             raise InputError(msg)
         out[name] = fine[0]
-    out["reference"] = min(found, key=lambda pair: pair[0].score)
+    out["reference"] = min(found, key=lambda pair: pair[0]["score"])
     return out
 
 
 def loss(row: Row, facts: dict[str, Any]) -> str:
     """Return what a preset costs and loses, in a sentence."""
     errors = ", ".join(
-        f"{COLUMNS[n]} {percent(row.errors[n][0])} ({percent(row.errors[n][1])})"
+        f"{COLUMNS[n]} {percent(row['errors'][n]['median']['value'])} "
+        f"({percent(row['errors'][n]['largest'])})"
         for n in TOLD
     )
     return (
-        f"{row.cost:.2g} times the time of the default inputs; on the engine "
-        f"four_motions and one other words as a finer reference in {row.agree} of "
-        f"{row.runs} runs; median (largest) error over {len(facts['words'])} scenes of "
-        f"it: {errors}"
+        f"{row['cost']:.2g} times the time of the default inputs; on the engine "
+        f"four_motions and one other words as a finer reference in {row['agree']} of "
+        f"{row['runs']} runs; median (largest) error over {len(facts['cases'])} scenes "
+        f"of it: {errors}"
     )
 
 
@@ -81,7 +86,7 @@ def main() -> int:
     facts = json.loads((args.folder / "tradeoff.json").read_text())
     table = tomllib.loads(PATH.read_text())
     for name, (row, own) in chosen(facts).items():
-        print(f"{name}: {row.label}: {loss(row, facts)}")
+        print(f"{name}: {row['label']}: {loss(row, facts)}")
         anew = {"inputs": {**own, **FIXED}, "loses": loss(row, facts)}
         same = table[name]["inputs"] == anew["inputs"]
         table[name] = (table[name] if same else {}) | anew

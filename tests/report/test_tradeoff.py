@@ -6,25 +6,32 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import stats
 
-from hpcwhirl.benchmark import tradeoff
-from hpcwhirl.benchmark.tradeoff import (
-    Compared,
-    Sample,
+from hpcwhirl.benchmark import tradeoff, trials
+from hpcwhirl.benchmark.drawing import by_words, drawn_cases, evenly
+from hpcwhirl.benchmark.numbers import (
+    Run,
+    error_of,
+    is_sensitive,
+    quantile_of,
+    scatter_of,
+    shift_of,
+)
+from hpcwhirl.benchmark.tradeoff import Row, computations, front_of, measure
+from hpcwhirl.benchmark.trials import (
     Setting,
     applied,
     default_scenes,
-    difference,
-    floor_of,
-    measure,
+    pinned,
     reference_of,
     settings_of,
 )
+from hpcwhirl.benchmark.wish import Wish, cheapest, wish_of
+from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.figures import pareto
-from hpcwhirl.report.figures.pareto import Row, front_of, markdown, percent, table_of
+from hpcwhirl.report.figures.pareto import markdown, percent
 from hpcwhirl.scene import apply_settings, flatten, named_scene
 
 LIGHT_RING = Path(__file__).parents[2] / "jobs" / "light_ring.toml"
@@ -36,8 +43,13 @@ COARSE = [Setting("step", f"{s:g}", {"time_step": s}) for s in (8e-6, 4e-6, 2e-6
 @pytest.fixture
 def cheap(monkeypatch):
     """Let the reference be a small model; the tests' scenes have its modes."""
-    table = tradeoff.trials() | {"reference": REFERENCE}
-    monkeypatch.setattr(tradeoff, "trials", lambda: table)
+    _reference(monkeypatch, REFERENCE)
+
+
+def _reference(monkeypatch, inputs):
+    table = trials.trials() | {"reference": inputs}
+    for module in (tradeoff, trials):
+        monkeypatch.setattr(module, "trials", lambda: table)
 
 
 def scene(**settings):
@@ -45,78 +57,174 @@ def scene(**settings):
     return apply_settings(named_scene("table2"), short | settings)
 
 
-def sample(words="damped forward", **numbers):
-    return Sample(tuple(words.split()), {"window": 1.0, **numbers}, 1.0)
+def run(words="damped forward", **numbers):
+    return Run(*words.split(), {"window": 1.0, "ledger_error": 0.0, **numbers}, 1.0)
 
 
 @pytest.mark.usefixtures("cheap")
 def test_the_reference_has_no_error_and_smaller_steps_have_smaller_ones():
-    free = scene(gap=1e-2)  # nothing touches
+    free = scene(gap=1e-2, start_energy=5.0, force=0.0)  # nothing touches
     same = Setting("as given", "as given", FINE)
     found = measure({"free": free}, [same, *COARSE], repeats=2)
-    itself, *steps = found.compared
-    assert set(itself.errors.values()) == {0.0}
+    itself, *steps = found.rows
+    assert {error.largest for error in itself.errors.values()} == {0.0}
     assert itself.agree == 2
-    assert "tip_peak" not in found.floors["free"]  # the rotor rests
-    touching = measure({"touching": scene()}, COARSE, repeats=2).compared
-    peaks = [row.errors["centre_peak"] for row in touching]
-    assert peaks[2] < peaks[0]
-    assert all(row.ledger < 1e-9 for row in (*steps, *touching))
+    peaks = [row.errors["blade_peak"].largest for row in steps]
+    assert 0.0 < peaks[2] < 0.2 * peaks[0]
+    assert all(row.ledger < 1e-9 for row in found.rows)
 
 
 @pytest.mark.usefixtures("cheap")
 def test_a_setting_that_is_refused_is_a_row_that_says_why():
+    given = Setting("as given", "as given", {})
     above = Setting("step", "too long", {"time_step": 2e-5})
-    (row,) = measure({"any": scene()}, [above], repeats=2).compared
-    assert "time_step must be <" in row.refused
+    _, row = measure({"any": scene()}, [given, above], repeats=2).rows
+    assert "time_step must be <" in row.refused["any"]
     assert row.score == np.inf
 
 
-def test_the_confidence_interval_is_that_of_welch():
+def test_the_interval_of_a_quantile_covers_it_and_tells_what_few_cases_cannot():
     chance = np.random.default_rng(3)
-    a, b = chance.normal(1.0, 0.1, 5), chance.normal(1.1, 0.3, 4)
-    found = difference(
-        "contact_impulse",
-        [sample(contact_impulse=x) for x in a],
-        [sample(contact_impulse=x) for x in b],
-        1e-4,
-    )
-    welch = stats.ttest_ind(a, b, equal_var=False).confidence_interval(0.95)
-    assert found[0] == pytest.approx(abs(a.mean() - b.mean()) / b.mean())
-    assert found[1] == pytest.approx(0.5 * (welch.high - welch.low) / b.mean())
+    held = 0
+    for _ in range(200):
+        found = quantile_of(chance.exponential(size=60), 0.9)
+        held += found.low <= np.log(10.0) <= found.high
+    assert held >= 0.93 * 200
+    few = quantile_of([0.01, 0.02, 0.03, 0.04], 0.9)
+    assert few.value == 0.04
+    assert few.high == np.inf
+    assert quantile_of([0.1, np.inf, np.inf], 0.9).value == np.inf
 
 
 def test_small_displacements_are_compared_with_the_gap_and_growth_with_the_window():
-    a, b = [sample(orbit_radius=2e-9)] * 2, [sample(orbit_radius=1e-9)] * 2
-    assert difference("orbit_radius", a, b, 1e-4)[0] == pytest.approx(1e-3)
-    a, b = [sample(growth_rate=0.5)] * 2, [sample(growth_rate=-0.5)] * 2
-    assert difference("growth_rate", a, b, 1e-4)[0] == pytest.approx(1.0)
-    a = [sample(line_frequency=np.nan)] * 2
-    assert difference("line_frequency", a, a, 1e-4) is None
+    a, b = [run(orbit_radius=2e-9)] * 2, [run(orbit_radius=1e-9)] * 2
+    assert error_of("orbit_radius", a, b, 1e-4)[0] == pytest.approx(1e-3)
+    a, b = [run(growth_rate=0.5)] * 2, [run(growth_rate=-0.5)] * 2
+    assert error_of("growth_rate", a, b, 1e-4)[0] == pytest.approx(1.0)
+    a = [run(line_frequency=np.nan)] * 2
+    assert error_of("line_frequency", a, a, 1e-4) is None
+    a = [run(orbit_area=0.0, line_frequency=50.0)]
+    b = [run(orbit_area=1e-30, line_frequency=50.0)]
+    assert error_of("orbit_area", a, b, 1e-4)[0] < 1e-12
 
 
-def test_the_floor_is_what_a_twin_differs_by():
-    twins = [sample(contact_impulse=x) for x in (1.0, 1.0, 1.3)]
-    assert floor_of(twins, 1e-4) == {"contact_impulse": pytest.approx(0.3)}
+def test_the_error_is_that_of_the_mean_and_of_the_worst_twin():
+    a, b = [run(contact_impulse=x) for x in (1.1, 0.9)], [run(contact_impulse=1.0)] * 2
+    mean, worst = error_of("contact_impulse", a, b, 1e-4)
+    assert mean == pytest.approx(0.0, abs=1e-15)
+    assert worst == pytest.approx(0.1)
 
 
-def row(label, cost, score, agree=6, refused=()):
-    return Row("axis", label, cost, 0.0, agree, 6, {}, score, 0.0, refused)
+def test_the_scatter_is_what_a_twin_differs_by_and_makes_a_case_sensitive():
+    twins = [run(contact_impulse=x) for x in (1.0, 1.0, 1.3)]
+    assert scatter_of(twins, 1e-4) == {"contact_impulse": pytest.approx(0.3)}
+    steady = [run(orbit_radius=1e-3), run(orbit_radius=1.01e-3)]
+    assert not is_sensitive(steady, 1e-4)
+    assert is_sensitive([*steady, run(orbit_radius=1.2e-3)], 1e-4)
+    assert is_sensitive([*steady, run("damped backward", orbit_radius=1e-3)], 1e-4)
+
+
+def test_sensitive_cases_are_compared_as_distributions():
+    chance = np.random.default_rng(1)
+    alike = [(chance.normal(3.0, 0.3, 5), chance.normal(3.0, 0.3, 5)) for _ in range(9)]
+    assert shift_of(alike).chance > 0.01
+    moved = [(1.4 * a, b) for a, b in alike]
+    assert shift_of(moved).chance < 1e-6
+    assert shift_of([(np.zeros(2), np.zeros(2))]) is None
+
+
+def row(label, cost, score, agree=6, refused=False, radius=()):
+    of = {str(n): {"orbit_radius": error} for n, error in enumerate(radius)}
+    return Row(
+        "axis",
+        label,
+        "",
+        {},
+        cost,
+        agree=agree,
+        runs=6,
+        score=score,
+        of=of,
+        same=agree,
+        changed=6 - agree,
+        refused={"a": "no"} if refused else {},
+    )
 
 
 def test_nothing_on_the_front_is_beaten_and_everything_else_is():
     rows = [
         row("a", 1.0, 0.1), row("b", 2.0, 0.01), row("c", 2.5, 0.05),
-        row("d", 0.5, 0.01, agree=5), row("e", 3.0, 0.02, refused=("no",)),
+        row("d", 0.5, 0.01, agree=5), row("e", 3.0, 0.02, refused=True),
     ]  # fmt: skip
     assert [r.label for r in front_of(rows)] == ["d", "a", "b"]
+
+
+def test_a_wish_is_met_by_the_cheapest_of_nine_cases_in_ten():
+    good, bad = [0.001] * 19 + [0.5], [0.001] * 16 + [0.5] * 4
+    rows = [row("cheap", 0.1, 0.0, radius=bad), row("good", 0.2, 0.0, radius=good),
+            row("dear", 0.3, 0.0, radius=good)]  # fmt: skip
+    found = tradeoff.Tradeoff(rows, {}, {})
+    asked = wish_of("radius 1 %")
+    assert asked == Wish("radius", 0.01)
+    assert cheapest(found, [asked]).label == "good"
+    rows[1] = row("good", 0.2, 0.0, agree=5, radius=good)
+    assert cheapest(found, [asked, wish_of("words 95 %")]).label == "dear"
+    rows[2] = row("dear", 0.3, 0.0, radius=good[-3:])  # too few to tell
+    assert cheapest(found, [asked, wish_of("words 95 %")]) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [("radios 1 %", "did you mean 'radius'"), ("radius", "a name and a share"),
+     ("radius 0 %", "a share from 0 to 100 %"), ("peak 3 % or so", "a name and a")],
+)  # fmt: skip
+def test_a_wish_that_is_not_understood_is_refused(text, told):
+    with pytest.raises(InputError, match=told):
+        wish_of(text)
+
+
+def test_every_word_gives_cases_in_proportion_and_the_draw_is_even():
+    words = dict(enumerate(["damped"] * 60 + ["sustained"] * 35 + ["divergent"] * 5))
+    drawn = by_words(words, 12)
+    counts = [sum(words[n] == w for n in drawn) for w in dict.fromkeys(words.values())]
+    assert sum(counts) == len(set(drawn)) == 12
+    assert counts[2] == 1
+    assert abs(counts[0] - 7) <= 1
+    assert len(by_words(words, 2)) == 2
+    assert by_words({3: "damped"}, 12) == [3]
+    numbers = evenly(1000, 10)
+    assert [n // 100 for n in numbers] == list(range(10))
+    assert evenly(7, 10) == list(range(7))
+
+
+def test_cases_of_a_campaign_are_its_own_and_those_of_a_branch_are_refused():
+    tables = {"scene": {"duration": 4e-3}, "sweep": {"speed": [100, 200, 1e9]}}
+    tables["engine"] = {"rotor": {"blades": 5}}
+    design = Design.of(tables)
+    drawn = drawn_cases(design, 12)
+    assert {s.speed for s in drawn.values()} <= {100.0, 200.0, 1e9}
+    assert len(drawn) >= 2
+    branched = Design.of(tables | {"branch": {"over": "speed"}})
+    with pytest.raises(InputError, match="leave it out"):
+        drawn_cases(branched, 12)
+
+
+def test_settings_that_lead_to_one_computation_share_a_row():
+    given = Setting("as given", "as given", {})
+    draft = settings_of(["preset"])[1]
+    both = Setting("together", "both", {"accuracy": 0.03, "truncation": 0.3})
+    fine = Setting("together", "fine", {"accuracy": 0.01, "truncation": 0.3})
+    found = computations({"any": scene()}, [given, draft, both, fine])
+    assert [one.label for one in found] == ["as given", "preset draft = both", "fine"]
+    assert found[1].settings[0].options == "--preset draft"
+    assert both.options == "--set accuracy=0.03 --set truncation=0.3"
 
 
 def test_settings_of_unknown_axes_are_refused_and_all_inputs_are_known():
     with pytest.raises(InputError, match="did you mean 'step'"):
         settings_of(["stp"])
     base = named_scene("table2")
-    for setting in settings_of(tradeoff.axes()):
+    for setting in settings_of(trials.axes()):
         applied(base, setting.inputs)  # a wrong name or value raises
     kinds = default_scenes(base)
     assert len(kinds) == 7
@@ -141,9 +249,9 @@ def test_large_errors_are_told_without_an_exponent(ratio, told):
 
 def test_the_table_and_its_files(tmp_path, capsys, monkeypatch):
     given = tmp_path / "short.toml"
-    given.write_text("[scene]\nduration = 2e-3\n")
+    given.write_text("[scene]\nduration = 2e-3\ngap = 1e-2\n")
     few = [Setting("as given", "as given", {}), *COARSE[:1]]
-    monkeypatch.setattr(tradeoff, "settings_of", lambda _: few)
+    monkeypatch.setattr(trials, "settings_of", lambda _: few)
     out = tmp_path / "out"
     words = ["tradeoff", str(given), "--repeats", "2", "--out", str(out), "--plot"]
     assert main(words) == 0
@@ -155,36 +263,32 @@ def test_the_table_and_its_files(tmp_path, capsys, monkeypatch):
     finest = facts["reference"]["time_step"]
     assert "Reference, at least: " in text
     assert f"time_step {finest}" in text
-    assert len(facts["compared"]) == 2
+    assert len(facts["rows"]) == 2
     assert markdown(facts) in text
-    assert "median over 1 scene (" in text
+    assert "Errors over 1 case: median" in text
     figures = []
     monkeypatch.setattr(pareto, "save", lambda figure, _: figures.append(figure))
     pareto.draw_tradeoff(facts, tmp_path / "again.png")
     figures[0].canvas.draw()
     ticks = figures[0].axes[0].get_xticklabels(which="both")
     assert not any("times" in tick.get_text() for tick in ticks)
-    first, second = table_of(facts)
-    assert first.cost == pytest.approx(1.0)
-    assert second.label in text
+    first, second = facts["rows"]
+    assert first["cost"] == pytest.approx(1.0)
+    assert second["label"] in text
 
 
 @pytest.mark.parametrize(
     ("words", "told"),
     [(["--repeats", "1"], "--repeats must be >= 2"), (["table3"], "did you mean"),
-     (["table1", "table1"], "named twice"), (["--axis", "steps"], "did you mean")],
+     (["table1", "table1"], "named twice"), (["--axis", "steps"], "did you mean"),
+     (["--cases", "0"], "--cases must be >= 1"), (["--apply"], "--apply needs --for"),
+     (["--for", "radius"], "a name and a share")],
 )  # fmt: skip
 def test_wrong_words_are_one_line(words, told, capsys):
     assert main(["tradeoff", *words]) == 2
     said = capsys.readouterr().err
     assert told in said
     assert said.count("\n") == 1
-
-
-def test_a_compared_setting_is_scored_by_its_worst_number():
-    found = Compared("s", "a", "l", {}, errors={"orbit_radius": 0.1, "tip_peak": 0.2,
-                                                "growth_rate": 9.0})  # fmt: skip
-    assert found.score == 0.2
 
 
 def test_the_reference_is_at_least_as_fine_as_the_scene():
@@ -202,12 +306,11 @@ def test_the_reference_is_at_least_as_fine_as_the_scene():
 
 @pytest.mark.usefixtures("cheap")
 def test_a_mistuned_rotor_has_a_reference_though_none_that_is_exact(monkeypatch):
-    table = tradeoff.trials() | {"reference": REFERENCE | {"scheme": "exact"}}
-    monkeypatch.setattr(tradeoff, "trials", lambda: table)
+    _reference(monkeypatch, REFERENCE | {"scheme": "exact"})
     odd = scene(mistuning=[0.01] * 11 + [-0.01] * 11, duration=5e-3)
-    (row,) = measure({"mistuned": odd}, [COARSE[2]], repeats=2).compared
-    assert row.refused == ""
-    assert row.errors["centre_peak"] < 0.01
+    (row,) = measure({"mistuned": odd}, [COARSE[2]], repeats=2).rows
+    assert row.refused == {}
+    assert row.errors["centre_peak"].largest < 0.01
 
 
 def test_an_axis_is_tried_though_the_scene_asks_by_errors():
@@ -231,11 +334,39 @@ def test_a_scene_that_is_refused_as_it_is_ends_the_measurement():
 
 
 def test_a_number_that_the_reference_has_not_at_all_is_no_small_error():
-    a, b = [sample(contact_impulse=1.0)] * 2, [sample(contact_impulse=0.0)] * 2
-    assert difference("contact_impulse", a, b, 1e-4)[0] == np.inf
-    assert difference("contact_impulse", b, b, 1e-4) is None
+    a, b = [run(contact_impulse=1.0)] * 2, [run(contact_impulse=0.0)] * 2
+    assert error_of("contact_impulse", a, b, 1e-4)[0] == np.inf
+    assert error_of("contact_impulse", b, b, 1e-4) is None
 
 
 def test_unstable_runs_are_on_no_front():
-    lost = Row("axis", "lost", 0.1, 0.0, 0, 6, {}, 9.0, 0.0, (), unstable=True)
+    lost = Row("axis", "lost", "", {}, 0.1, runs=6, score=9.0, unstable=True)
     assert [r.label for r in front_of([lost, row("a", 1.0, 0.1)])] == ["a"]
+
+
+def test_a_gap_at_rest_is_narrowed_once():
+    rest = scene(gap_at="rest", rotation="full", gap=2e-4)
+    for found in (pinned(rest), reference_of(rest)):
+        assert found.gap == rest.gap
+        assert found.solver.accuracy == 0.0
+
+
+def test_the_setting_that_meets_a_wish_is_written_and_comments_are_kept(
+    tmp_path, capsys, monkeypatch
+):
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        "# mine\n[scene]\nduration = 4e-3  # short\ngap = 1e-2\n"
+        '[solver]\npreset = "standard"\n[sweep]\n'
+        "speed = [100, 120, 140, 160, 180, 200]\n"
+    )
+    few = settings_of(["preset"])[:2]
+    monkeypatch.setattr(trials, "settings_of", lambda _: few)
+    words = ["tradeoff", str(file), "--repeats", "2", "--for", "centre 90 %", "--apply"]
+    assert main(words) == 0
+    assert f"hpcwhirl campaign {file}" in capsys.readouterr().out
+    text = file.read_text()
+    assert "duration = 4e-3  # short" in text
+    assert "# mine" in text
+    assert Design.of(file).base.solver.accuracy == 0.03
+    assert text.count("preset") == 1

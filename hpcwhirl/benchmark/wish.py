@@ -1,0 +1,109 @@
+"""What a user wants of a campaign's numbers, and the cheapest setting that gives it.
+
+A wish such as "radius 1 %" is met by a setting if nine in ten of the cases that were
+compared have a smaller error, in the worst of their twins. Cases that are sensitive
+have no such error and do not count.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hpcwhirl.benchmark.numbers import NINE, quantile_of
+from hpcwhirl.benchmark.tradeoff import Row, Tradeoff
+from hpcwhirl.errors import InputError, nearest, shown
+
+WORDS = "words"
+# {what a user types: number in `NUMBERS`}
+NAMES = {
+    "radius": "orbit_radius",
+    "impulse": "contact_impulse",
+    "peak": "blade_peak",
+    "centre": "centre_peak",
+    "area": "orbit_area",
+    "growth": "growth_rate",
+}
+FEWEST = 5  # cases without which a wish cannot be answered
+
+
+@dataclass(frozen=True)
+class Wish:
+    """One wish: the largest error of a number, or the least share of words kept.
+
+    Attributes
+    ----------
+    name : key of `NAMES`, or "words"
+    most : largest relative error; of words the largest share of changed ones
+    """
+
+    name: str
+    most: float
+
+    def met(self, row: Row) -> bool:
+        """Return whether a row meets the wish."""
+        return self.error(row) <= self.most
+
+    def error(self, row: Row) -> float:
+        """Return the error of a row below which nine in ten cases lie, or share lost.
+
+        It is infinite if the cases are too few to tell.
+        """
+        if self.name == WORDS:
+            decided = row.same + row.changed
+            return row.changed / decided if decided else math.inf
+        number = NAMES[self.name]
+        errors = [found[number] for found in row.of.values() if number in found]
+        return quantile_of(errors, NINE).value if len(errors) >= FEWEST else math.inf
+
+
+def wish_of(text: str) -> Wish:
+    """Return the wish that a text such as "radius 1 %" or "words 95 %" states.
+
+    Raises
+    ------
+    InputError
+        for an unknown number, or a share that is not between 0 and 100 %
+    """
+    name, _, rest = text.strip().partition(" ")
+    allowed = [*NAMES, WORDS]
+    if name not in allowed:
+        hint = nearest(name, allowed)
+        msg = f"--for must begin with one of {', '.join(allowed)}, got {shown(text)}"
+        raise InputError(msg + hint)
+    share = _share(rest)
+    if share is None or not 0.0 < share <= 1.0:
+        msg = f"--for must be a name and a share from 0 to 100 %, such as '{name} 1 %'"
+        raise InputError(f"{msg}, got {shown(text)}")
+    return Wish(name, 1.0 - share if name == WORDS else share)
+
+
+def _share(text: str) -> float | None:
+    number, per_cent, after = text.partition("%")
+    try:
+        value = float(number)
+    except ValueError:
+        return None
+    return None if after.strip() else value / (100.0 if per_cent else 1.0)
+
+
+def cheapest(found: Tradeoff, wishes: Sequence[Wish]) -> Row | None:
+    """Return the row of least cost that meets all wishes and can be typed, or None."""
+    rows = [row for row in found.rows if _can(row)]
+    good = [row for row in rows if all(wish.met(row) for wish in wishes)]
+    return min(good, key=lambda row: row.cost, default=None)
+
+
+def _can(row: Row) -> bool:
+    return not (row.refused or row.unstable) and row.axis not in ("duration", "output")
+
+
+def nearest_to(found: Tradeoff, wishes: Sequence[Wish]) -> Row:
+    """Return the row that misses the wishes by the smallest factor."""
+    rows = [row for row in found.rows if _can(row)]
+
+    def missed(row: Row) -> float:
+        return max(wish.error(row) / max(wish.most, 1e-9) for wish in wishes)
+
+    return min(rows, key=missed)
