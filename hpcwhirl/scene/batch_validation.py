@@ -73,10 +73,11 @@ def first_refused(name: str, values: Values) -> int:
 
     name, values : full dotted name of the input; n values of it
     """
-    try:
-        _adapter(name).validate_python(listed(values))
-    except ValidationError as failed:
-        return int(failed.errors(include_url=False)[0]["loc"][0])
+    for start in range(0, len(values), AT_ONCE):
+        try:
+            _adapter(name).validate_python(listed(values[start : start + AT_ONCE]))
+        except ValidationError as failed:
+            return start + int(failed.errors(include_url=False)[0]["loc"][0])
     return -1
 
 

@@ -15,8 +15,9 @@ have two axes, speed and frequency, in ROSS 3; they are refused.
 from __future__ import annotations
 
 import itertools
+import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -41,14 +42,19 @@ SKIPPED = {"n", "n_link", "tag", "color", "scale_factor", "name", "kzz", "czz", 
 UNITS = {"k": "N/m", "c": "N s/m"}
 OVER_WHIRL = "magnetic", "squeezefilm"  # in names of elements with such coefficients
 WHIRL = "coefficients over the frequency of the whirl are not modelled, only over speed"
+ELEMENTS: dict[str, Callable[[str], Any]] = {
+    ".toml": tomllib.loads,
+    ".json": json.loads,
+}
 MASSES = {f"m{a}{b}" for a, b in itertools.product("xy", repeat=2)}
 
 
 def bearing_table(text: str) -> str:
     """Return the table of a bearing over speed as the text that a scene stores.
 
-    text : name of a CSV or TOML file, "file.toml#tag" for one element of several, or
-        such a text, which is only checked; "" is returned unchanged
+    text : name of a CSV, TOML or JSON file or of a spreadsheet, "file.toml#tag" for one
+        element of several, or such a text, which is only checked; "" is returned
+        unchanged
 
     Raises
     ------
@@ -57,13 +63,8 @@ def bearing_table(text: str) -> str:
     """
     if not text:
         return ""
-    if text.startswith(f"{HEAD};"):
-        rows = kept_rows(text)
-    else:
-        file, _, tag = text.partition(".toml#")
-        path = Path(f"{file}.toml" if tag else text)
-        of_file = _of_toml(read(path), tag) if path.suffix == ".toml" else None
-        rows = _rows(columns_of(read(path)) if of_file is None else of_file)
+    is_kept = text.startswith(f"{HEAD};")
+    rows = kept_rows(text) if is_kept else _rows(_columns_in(text))
     wide = 1 + len(COEFFICIENTS)
     must(all(len(row) == wide for row in rows), f"every row must have {wide} numbers")
     are_rows = rows and are_finite(rows)
@@ -117,12 +118,30 @@ class _Element(NamedTuple):
         return {self.path[-1] if self.path else "", str(self.table.get("tag", ""))}
 
 
-def _of_toml(text: str, tag: str) -> dict[str, Column]:
-    """Return the columns of the one element in a TOML file, or of that with a tag."""
+def _columns_in(name: str) -> dict[str, Column]:
+    """Return the columns of the table in a file; name : of it, or "file.toml#tag"."""
+    file, sign, tag = name.rpartition("#")
+    file, tag = (
+        (file, tag) if sign and file.endswith((".toml", ".json")) else (name, "")
+    )
+    path = Path(file)
+    if path.suffix not in ELEMENTS:
+        return columns_of(read(path))
+    return _of_elements(_parsed(read(path), path.suffix), tag)
+
+
+def _parsed(text: str, kind: str) -> Any:
+    """Return the content of a TOML or JSON file; kind : ".toml" or ".json"."""
     try:
-        found = _elements(tomllib.loads(text), ())
-    except (tomllib.TOMLDecodeError, RecursionError) as failed:
-        raise ValueError(f"it is no TOML: {failed}") from None
+        return ELEMENTS[kind](text)
+    except (ValueError, RecursionError) as failed:
+        told = f"it is no {kind[1:].upper()}: {failed}"
+        raise ValueError(told) from None
+
+
+def _of_elements(content: Any, tag: str) -> dict[str, Column]:
+    """Return the columns of the one element in a file, or of that with a tag."""
+    found = _elements(content, ())
     if tag:
         known = sorted(set().union(*(one.names for one in found)) - {""})
         found = [one for one in found if tag in one.names]
@@ -150,8 +169,12 @@ def _columns(own: Mapping[str, Any]) -> dict[str, Column]:
     return out
 
 
-def _elements(table: Mapping[str, Any], path: tuple[str, ...]) -> list[_Element]:
-    """Return all tables in a parsed TOML file that have the key kxx, at any depth."""
-    own = [_Element(path, table)] if "kxx" in table else []
-    inner = [(k, value) for k, value in table.items() if isinstance(value, Mapping)]
+def _elements(content: Any, path: tuple[str, ...]) -> list[_Element]:
+    """Return all tables in a parsed file that have the key kxx, at any depth."""
+    if isinstance(content, list):
+        inner = [(str(i), value) for i, value in enumerate(content)]
+    else:
+        inner = list(content.items()) if isinstance(content, Mapping) else []
+    is_one = isinstance(content, Mapping) and "kxx" in {str(k).lower() for k in content}
+    own = [_Element(path, content)] if is_one else []
     return own + [f for k, value in inner for f in _elements(value, (*path, k))]

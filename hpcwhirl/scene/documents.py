@@ -1,14 +1,11 @@
-"""What users write: TOML files, settings such as ``name=value``, and lists of cases.
-
-Cases are listed one by one by [[cases]] of a campaign's file, or in a CSV file.
-"""
+"""What users write: TOML files, and settings such as ``name=value``."""
 
 from __future__ import annotations
 
 import ast
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,18 +21,14 @@ from hpcwhirl.errors import (
 )
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene.campaign_tables import TABLES
-from hpcwhirl.scene.columns import lines_of, name_and_unit
 from hpcwhirl.scene.input_names import (
     FILE,
     PRESET,
     Value,
-    by_full_name,
     full_name,
     takes_list,
-    value_in_si,
 )
 from hpcwhirl.scene.inputs import Scene
-from hpcwhirl.scene.kept_tables import SHEET, SHEETS
 from hpcwhirl.scene.named import check_label, preset_inputs, preset_names
 from hpcwhirl.scene.plain_data import (
     SCENE_TABLES,
@@ -43,9 +36,10 @@ from hpcwhirl.scene.plain_data import (
     check_kept,
     scene_from,
 )
-from hpcwhirl.scene.quantities import INPUTS, variable_name
+from hpcwhirl.scene.quantities import INPUTS
 from hpcwhirl.scene.rules import CHANGING
-from hpcwhirl.scene.swept import KEYS, MOST_CASES, flat
+from hpcwhirl.scene.swept import KEYS
+from hpcwhirl.scene.table_files import utf_8
 from hpcwhirl.scene.table_model import anchored
 from hpcwhirl.scene.units import is_shown_in, measure
 
@@ -406,124 +400,19 @@ def _texts(value: Any) -> Iterator[str]:
 
 def _text_of(path: Path | str) -> str:
     """Return the text of a file in UTF-8; MissingFileError if it cannot be read."""
+    return readable(path, utf_8)
+
+
+def readable(path: Path | str, text_of: Callable[[bytes], str]) -> str:
+    """Return the text of a file; MissingFileError if it cannot be read.
+
+    text_of : function from the content to the text, which raises ValueError with the
+        reason why it is none
+    """
     try:
-        return read_regular(path).decode("utf-8-sig")
-    except UnicodeDecodeError as failed:
-        line = 1 + failed.object.count(b"\n", 0, failed.start)
-        why = f"line {line} is not UTF-8: save the file as UTF-8"
-        why = SHEET if Path(path).suffix.lower() in SHEETS else why
-        raise MissingFileError(f"cannot read {path}: {why}") from None
+        return text_of(read_regular(path))
+    except ValueError as failed:
+        raise MissingFileError(f"cannot read {path}: {failed}") from None
     except OSError as failed:
         msg = f"cannot read {path}: {failed.strerror or failed}"
         raise MissingFileError(msg) from None
-
-
-SKIPPED = "case", "eval_id", "interface"  # columns that number cases; not inputs
-VARIABLES = {variable_name(name): name for name in INPUTS}
-
-
-def listed_cases(given: Any, folder: Path | str = "") -> list[dict[str, Value]]:
-    """Return {full dotted input: value in SI} of each listed case.
-
-    Parameters
-    ----------
-    given : parsed tables [[cases]], or the name of a CSV file, see `cases_in_file`
-    folder : directory to which a relative name refers; "": the working directory
-
-    Raises
-    ------
-    InputError, MissingFileError
-        for a wrong value, an unknown input, or a file that is not a table of cases
-    """
-    if isinstance(given, str):
-        return cases_in_file(Path(folder) / given)
-    if not isinstance(given, list) or not all(isinstance(c, Mapping) for c in given):
-        msg = '[[cases]] must be tables of inputs, or cases = "FILE.csv", got '
-        raise InputError(msg + shown(given))
-    rows = [by_full_name(flat(case).items(), "[[cases]]") for case in given]
-    return [{name: value_in_si(name, v) for name, v in row.items()} for row in rows]
-
-
-def cases_in_file(path: Path) -> list[dict[str, Value]]:
-    """Return {full dotted input: value in SI} of each case in a CSV file, one a line.
-
-    The header names inputs as in a TOML file or in results, with the unit of the column
-    if it is not SI: ``speed [rpm],gap [mm],friction``. An empty cell keeps the value
-    that all cases share. Columns that number the cases (`SKIPPED`, or a first one
-    without a name) are ignored. For separators and comments see `columns`.
-
-    Raises
-    ------
-    InputError, MissingFileError
-        naming file, line and column of the error
-    """
-    try:
-        head, lines = lines_of(_text_of(path))
-    except ValueError as failed:
-        raise InputError(f"{path}, {failed}") from None
-    columns = _inputs_of_columns(head, path)
-    if len(lines) > MOST_CASES:
-        raise InputError(f"{path} has more than {MOST_CASES} cases")
-    if not lines:
-        msg = f"{path} has no cases: it must have a line of names and one for each case"
-        raise InputError(msg)
-    return [
-        _case_of(columns, cells, f"{path}, line {number}")
-        for number, cells in lines.items()
-    ]
-
-
-def _inputs_of_columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
-    """Return (full dotted input, unit or "") of each column of a CSV file of cases.
-
-    A column that is ignored gives ("", "").
-
-    heads, path : cells of the file's first line; the file, for messages
-    """
-    found: list[tuple[str, str]] = []
-    for place, head in enumerate(heads):
-        name, unit = name_and_unit(head)
-        if name in SKIPPED or (name == "" and place == 0):
-            found.append(("", ""))
-            continue
-        if not name or "[" in name:
-            msg = f"{path}: a column must be NAME or NAME [UNIT], got {shown(head)}"
-            raise InputError(msg)
-        name = VARIABLES.get(name, name)
-        try:
-            full = full_name(name)
-        except InputError as failed:
-            raise InputError(f"{path}: {failed}") from None
-        if full in {known for known, _ in found}:
-            raise InputError(f"{path} names {full} twice")
-        found.append((full, "" if unit.strip() == "1" else unit.strip()))
-    return found
-
-
-def _case_of(
-    columns: list[tuple[str, str]], cells: list[str], where: str
-) -> dict[str, Value]:
-    """Return {full dotted input: value in SI} of the case in one line of a CSV file.
-
-    Parameters
-    ----------
-    columns : (full dotted input, unit or "") of each column
-    cells : texts of the line; an empty one leaves its input out
-    where : file and line, for messages
-    """
-    row: dict[str, Value] = {}
-    for (name, unit), cell in zip(columns, cells, strict=True):
-        if not name or not cell.strip():
-            continue
-        try:
-            row[name] = _in_cell(name, unit, cell.strip())
-        except (InputError, ValueError) as failed:
-            raise InputError(f"{where}: {failed}") from None
-    return row
-
-
-def _in_cell(name: str, unit: str, cell: str) -> Value:
-    value = setting_value(name, cell)
-    if unit and isinstance(value, int | float):
-        value = f"{cell} {unit}"
-    return value_in_si(name, value)  # type: ignore[no-any-return]

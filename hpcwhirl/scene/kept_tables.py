@@ -23,6 +23,7 @@ from typing import Any
 
 from hpcwhirl.errors import shown
 from hpcwhirl.scene.columns import columns_of
+from hpcwhirl.scene.table_files import text_of_table
 
 MOST_BYTES = 1 << 20  # largest file with a table
 Rows = list[tuple[float, ...]]
@@ -32,8 +33,6 @@ ANGLES = "angle,departure"
 MOST_ROWS = 4096  # largest number of rows of a shape's table
 HIGHEST = 200  # highest harmonic that a table may name
 FEWEST_ANGLES = 3
-SHEETS = ".xls", ".xlsx", ".ods"
-SHEET = "it is a spreadsheet: save it as CSV"
 UNITS = {  # SI units of columns
     TIME: "s", "speed": "rad/s", "gap": "m", "harmonic": "1", "amplitude": "m",
     "phase": "rad", "angle": "rad", "departure": "m",
@@ -58,8 +57,8 @@ def table_over_time(text: str, name: str) -> str:
 
     Parameters
     ----------
-    text : name of a CSV file with the columns time and `name`, or a table in one line,
-        as "time,speed;0,100;2,300"; "" is returned unchanged
+    text : name of a CSV file or spreadsheet with the columns time and `name`, or a
+        table in one line, as "time,speed;0,100;2,300"; "" is returned unchanged
     name : name of the second column, "speed" or "gap"
     """
     if not text:
@@ -83,8 +82,8 @@ def scaled(text: str, factor: float) -> str:
 def profile_table(text: str) -> str:
     """Return the table of a casing's shape as the line of text that a scene stores.
 
-    text : name of a CSV file, or a table in one line, as "harmonic,amplitude,phase;
-        2,1e-5,0"; "" is returned unchanged
+    text : name of a CSV file or spreadsheet, or a table in one line, as
+        "harmonic,amplitude,phase;2,1e-5,0"; "" is returned unchanged
     """
     if not text:
         return ""
@@ -128,11 +127,13 @@ def read(path: Path) -> str:
         is_small = path.stat().st_size <= MOST_BYTES and path.is_file()
         told = f"must name a file of at most {MOST_BYTES} bytes, got {name}"
         must(is_small, told)
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeError) as failed:
-        why = getattr(failed, "strerror", None) or "it is not UTF-8"
-        why = SHEET if path.suffix.lower() in SHEETS and path.is_file() else why
-        raise ValueError(f"cannot read {name}: {why}") from None
+        data = path.read_bytes()
+    except OSError as failed:
+        raise ValueError(f"cannot read {name}: {failed.strerror}") from None
+    try:
+        text = text_of_table(data, path)
+    except ValueError as failed:
+        raise ValueError(f"cannot read {name}: {failed}") from None
     told = f"must name a file that has a table, got {name}, which is empty"
     must(text.strip(), told)
     return text

@@ -36,7 +36,8 @@ KEYS = {  # {table: documentation of its keys, which are any inputs}
     ),
     "cases": Key(
         "inputs of one case, below [[cases]]; or, above all tables, cases = "
-        '"FILE.csv", whose first line names inputs and units: speed [rpm],gap [mm]',
+        '"FILE.csv", whose first line names inputs and units: speed [rpm],gap [mm]; or '
+        '{ file = "FILE", skip = [columns left out], columns = [names, for no head] }',
         "a value",
     ),
 }

@@ -254,6 +254,11 @@ def units_asked(text: str | None, known: Sequence[str]) -> tuple[str, ...]:
     return (*asked, *(() if words else (AS_SHOWN,)))
 
 
+def factor_to(unit: str, name: str) -> Decimal:
+    """Return the factor from a unit to an SI unit `name`; ValueError as `in_si`."""
+    return _factor(unit, name)
+
+
 @lru_cache(maxsize=256)
 def _factor(given: str, wanted: str) -> Decimal:
     from cf_units import suppress_errors

@@ -18,6 +18,7 @@ from scipy.io import mmread, mmwrite
 from scipy.linalg import eigh
 
 from hpcwhirl.cli import main
+from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.reduction import factors, sparse_modes
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.imported import rotor_from
@@ -77,6 +78,25 @@ def wheel(place, name="wheel", turned=0.0, **changed):
         },
         changed,
     )
+
+
+def in_calculix(place, name="ccx", **changed):
+    """Write the whole wheel as CalculiX does; its TOML names DoF as its .dof does."""
+    wheel(place)
+    for file, ending in (("m.mtx", ".mas"), ("k.mtx", ".sti")):
+        half = sparse.coo_array(sparse.triu(mmread(place / file)))
+        lines = zip(half.row + 1, half.col + 1, half.data, strict=True)
+        text = "".join(f"{i:10d}{j:10d}{v:25.17e}\n" for i, j, v in lines)
+        (place / f"{name}{ending}").write_text(text)
+    names = [f"{i // 3 + 1}.{i % 3 + 1}" for i in range(half.shape[0])]
+    (place / f"{name}.dof").write_text("\n".join(names) + "\n")
+    document = tomllib.loads((place / "wheel.toml").read_text())
+    document["wheel"] |= {"mass": f"{name}.mas", "stiffness": f"{name}.sti"}
+    for table in ("tips", "centre"):
+        for axis in "xy":
+            rows = document[table][axis]
+            document[table][axis] = np.array(names)[rows].tolist()
+    return write(place / f"{name}.toml", document, changed)
 
 
 def sector(place, *, plane=False, name="sector", **changed):
@@ -558,7 +578,7 @@ TABLES = [
     ({"wheel__blades": N + 1}, "name 7 degrees of freedom, got 6"),
     ({"wheel__blades": 0}, "whole number 1 to"),
     ({"wheel__modes": 10**6}, "whole number 0 to"),
-    ({"wheel__mass": "m.mat"}, "end in .mtx, .npz, .h5"),
+    ({"wheel__mass": "m.mat"}, "end in .mtx, .npz, .mas, .sti, .h5"),
     ({"wheel__mass": "none.mtx"}, "No such file"),
     ({"wheel__mass": "."}, "end in .mtx"),
     ({"wheel__mass": 3}, "name of a file"),
@@ -769,3 +789,38 @@ def test_the_example_has_every_key_and_is_read_as_it_stands(
 def test_without_a_file_the_way_to_an_example_is_told(capsys):
     assert main(["import-model"]) == 2
     assert "--example" in capsys.readouterr().err
+
+
+def test_files_of_calculix_are_the_wheel(tmp_path):
+    own, ccx = (read_wheel(make(tmp_path)) for make in (wheel, in_calculix))
+    for name in ("mass", "stiffness"):
+        miss = getattr(own, name) - getattr(ccx, name)
+        assert np.abs(miss).max() <= 1e-15 * np.abs(getattr(own, name)).max()
+    assert (own.tips == ccx.tips).all()
+    assert (own.centre.dofs == ccx.centre.dofs).all()
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "told"),
+    [
+        ("ccx.toml", None, "tips. x must be \"node.direction\" of .dof, got '1.9'"),
+        ("ccx.mas", "1 1\n", "have lines of row, column, value"),
+        ("ccx.mas", "0 1 2.0\n", "whole numbers from 1 on"),
+        ("ccx.sti", "1 1 x\n", "ccx.sti"),
+        ("wheel.inp", "*NODE\n", "SOLVER=MATRIXSTORAGE lets CalculiX write .mas"),
+        ("ccx.dof", None, "FILE.toml names mass and stiffness"),
+    ],
+)
+def test_what_is_wrong_with_files_of_calculix_is_told(file, text, told, tmp_path):
+    path = in_calculix(tmp_path)
+    if file == "ccx.toml":
+        document = tomllib.loads(path.read_text())
+        document["tips"]["x"][0] = "1.9"
+        path.write_text(tomli_w.dumps(document))
+    elif text is not None:
+        (tmp_path / file).write_text(text)
+    if not file.endswith((".mas", ".sti")):
+        path = tmp_path / file
+    with pytest.raises((InputError, MissingFileError), match=told) as refused:
+        read_wheel(path)
+    assert "\n" not in str(refused.value)

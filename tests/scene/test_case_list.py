@@ -8,7 +8,7 @@ from synthetic import grid_of, synthetic
 from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError, MissingFileError
-from hpcwhirl.scene.documents import cases_in_file
+from hpcwhirl.scene.case_list import cases_in_file
 
 
 def design(tmp_path, text, **more):

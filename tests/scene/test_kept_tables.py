@@ -1,10 +1,12 @@
 """Small tables that an input names: read alike, and refused in one line."""
 
+import sys
+
 import pytest
 
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.scene.bearing_tables import bearing_table
-from hpcwhirl.scene.documents import cases_in_file
+from hpcwhirl.scene.case_list import cases_in_file
 from hpcwhirl.scene.kept_tables import MOST_BYTES, profile_table, table_over_time
 
 READERS = {
@@ -21,7 +23,7 @@ READERS = {
         (None, "cannot read '[^(]*': No such file"),
         (b"", "must name a file that has a table, got '[^(]*', which is empty"),
         (b"\n \n", "which is empty"),
-        (b"\xff\xfe\x00", "it is not UTF-8"),
+        (b"\xff\xfe\x00", "line 1 is not UTF-8"),
         (b" " * (MOST_BYTES + 1), f"at most {MOST_BYTES} bytes"),
     ],
 )
@@ -35,12 +37,21 @@ def test_a_file_without_a_table_is_refused_in_one_line(reader, content, told, tm
 
 
 @pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
-def test_a_spreadsheet_is_to_be_saved_as_csv(reader, tmp_path):
+@pytest.mark.parametrize("missing", [False, True])
+def test_what_is_no_spreadsheet_or_needs_a_package_is_told(
+    reader, missing, tmp_path, monkeypatch
+):
     path = tmp_path / "table.xlsx"
     path.write_bytes(b"PK\x03\x04\xff\xfe")
-    with pytest.raises(ValueError, match="it is a spreadsheet: save it as CSV"):
+    told = "it is no spreadsheet that can be read"
+    if not missing:
+        pytest.importorskip("python_calamine", reason="needs the extra sheets")
+    else:
+        monkeypatch.setitem(sys.modules, "python_calamine", None)
+        told = r"pip install 'hpcwhirl\[sheets\]'; or save it as CSV"
+    with pytest.raises(ValueError, match=told):
         reader(str(path))
-    with pytest.raises(MissingFileError, match="it is a spreadsheet: save it as CSV"):
+    with pytest.raises(MissingFileError, match=told):
         cases_in_file(path)
 
 

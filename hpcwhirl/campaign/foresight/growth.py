@@ -12,7 +12,6 @@ import numpy as np
 from hpcwhirl.case.growth import stability_of
 from hpcwhirl.case.speed import extremes
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.scene.table import listed
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.plan.design import Design
@@ -24,8 +23,8 @@ MOST_MODELS = 8  # number of models searched
 
 def fastest_of(design: Design) -> float:
     """Return the highest |speed| at which a case of a campaign begins, rad/s."""
-    speeds = listed(design.settings.column("speed", design.base.speed).values)
-    return max(abs(float(speed)) for speed in speeds)
+    speeds = design.settings.column("speed", design.base.speed).values
+    return float(np.abs(np.asarray(speeds, dtype=float)).max())
 
 
 def growing_told(design: Design) -> str:

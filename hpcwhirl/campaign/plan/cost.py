@@ -236,11 +236,12 @@ class Places:
 
 
 def _to_unit(values: Values) -> Floats:
-    known = listed(values)
-    if all(isinstance(value, int | float) for value in known):
+    known = values if isinstance(values, np.ndarray) else listed(values)
+    is_array = isinstance(known, np.ndarray) and known.ndim == 1
+    if is_array or all(isinstance(value, int | float) for value in known):
         distinct, place = np.unique(np.asarray(known, float), return_inverse=True)
         return np.asarray(place / max(len(distinct) - 1, 1), dtype=np.float64)
-    texts = [json.dumps(value) for value in known]
+    texts = [json.dumps(value) for value in listed(known)]
     number = {text: i for i, text in enumerate(dict.fromkeys(texts))}
     return np.array([APART * number[text] for text in texts])
 

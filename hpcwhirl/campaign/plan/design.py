@@ -46,8 +46,9 @@ from hpcwhirl.scene import (
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.campaign_tables import Campaign, Refine
 from hpcwhirl.scene.case_digest import PHYSICS_VERSION, read_as
+from hpcwhirl.scene.case_list import listed_cases
 from hpcwhirl.scene.digests import CaseDigests, Digests, takes_real
-from hpcwhirl.scene.documents import listed_cases, naming_lines
+from hpcwhirl.scene.documents import naming_lines
 from hpcwhirl.scene.input_names import FILE, Value, full_name
 from hpcwhirl.scene.plain_data import with_reals
 from hpcwhirl.scene.quantities import WHOLE
@@ -431,7 +432,7 @@ def design_of(
     explicit = listed_cases(document.get("cases", []), folder)
     axes = axes_with_branches(document, grid, zipped)
     product = [Block(axes)] if axes or not explicit else []
-    rows = _anchored(Table([*product, *Table.of(explicit).blocks]), folder)
+    rows = _anchored(Table([*product, *explicit.blocks]), folder)
     sample = sample_of(document)
     rows = sampled_rows(sample, rows, base)
     swept = tuple(name for name in rows.names if name != HISTORY)

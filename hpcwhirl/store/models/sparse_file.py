@@ -2,6 +2,8 @@
 
 NAME.mtx         MatrixMarket, real or integer, general or symmetric
 NAME.npz         written by scipy.sparse.save_npz, CSR or CSC; nothing is unpickled
+NAME.mas, .sti   lines "row column value" of one triangle, from 1, by CalculiX; a file
+                 NAME.dof beside it has what each row is, as "node.direction"
 NAME.h5, .hdf5   CSR in a group named like the matrix, `mass` or `stiffness`: data,
                  indices, indptr, indices from 0; all in this one file
 
@@ -34,6 +36,8 @@ MOST_UNKNOWNS = 10_000_000
 MOST_ENTRIES = 300_000_000  # 3.6 GB, and indices fit into 32 bits
 MEMORY = 3  # ratio of the memory that symmetrising a matrix takes to that of its arrays
 MARKET_BYTES = 16  # bytes in memory of an entry of MatrixMarket: row, column, number
+TRIPLET = 24  # bytes of a line "row column value", about
+CALCULIX = ".mas", ".sti"
 SHORTEST = 2  # least bytes of an entry as text: a digit and a separator
 SYMMETRIC = 1e-9  # largest asymmetry, relative to the largest entry
 SKEW = {"coriolis"}
@@ -77,7 +81,7 @@ def read_matrix(path: Path, name: str) -> sparse.csr_array:
 
     Parameters
     ----------
-    path : file that ends in .mtx, .npz, .h5 or .hdf5
+    path : file that ends in .mtx, .npz, .mas, .sti, .h5 or .hdf5
     name : `mass`, `stiffness`, ...; `coriolis` must be skew, all others symmetric
 
     Raises
@@ -277,7 +281,47 @@ def _check_dataset(source: _Source, group: Any, part: str) -> None:
         check_chunks(source, part, data)
 
 
-READERS = {".mtx": _market, ".npz": _numpy, ".h5": _hdf5, ".hdf5": _hdf5}
+def _triplets(source: _Source, size: int) -> sparse.csr_array:
+    """Read the lines "row column value", from 1, that CalculiX writes."""
+    _check_memory(source, (size // TRIPLET + 1) * 2 * MARKET_BYTES)
+    with open_regular(source.file) as file:
+        lines = np.loadtxt(file, dtype=np.float64, ndmin=2)
+    if lines.shape[1] != 3 or not len(lines):
+        raise source.wrong("", "have lines of row, column, value", lines.shape)
+    places = lines[:, :2].astype(np.int64) - 1
+    if (places != lines[:, :2] - 1).any() or places.min() < 0:
+        raise source.wrong(
+            "", "have whole numbers from 1 on as rows and columns", "others"
+        )
+    count = max(int(places.max()) + 1, len(row_names(Path(source.file))))
+    _check_square(source, (count, count))
+    own = sparse.coo_array((lines[:, 2], tuple(places.T)), shape=(count, count))
+    half = sparse.csr_array(own)
+    if sparse.triu(half, 1).nnz and sparse.tril(half, -1).nnz:
+        return half  # whole; it is checked for symmetry
+    return sparse.csr_array(half + half.T - sparse.diags_array(half.diagonal()))
+
+
+def row_names(path: Path) -> dict[str, int]:
+    """Return {"node.direction": row, from 0} from the .dof beside CalculiX's matrix.
+
+    It is empty where there is no such file, or the matrix is not CalculiX's.
+
+    path : file of the matrix
+    """
+    beside = path.with_suffix(".dof")
+    if path.suffix.lower() not in CALCULIX or not beside.is_file():
+        return {}
+    with readable(str(beside), UNREADABLE):
+        check_regular(beside)
+        names = beside.read_text("ascii").split()
+    return {name: row for row, name in enumerate(names)}
+
+
+READERS = {
+    ".mtx": _market, ".npz": _numpy, ".mas": _triplets, ".sti": _triplets,
+    ".h5": _hdf5, ".hdf5": _hdf5,
+}  # fmt: skip
 
 
 def _check_part(

@@ -11,6 +11,7 @@ tangential is a single DoF.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ import numpy as np
 from scipy import sparse
 
 from hpcwhirl.arrays import Floats, Integers
-from hpcwhirl.errors import InputError, as_table, shown, unknown
+from hpcwhirl.errors import InputError, as_table, nearest, shown, unknown
 from hpcwhirl.scene.documents import load_document
 from hpcwhirl.scene.input_names import is_number, is_whole
 from hpcwhirl.store.models.engine_file import (
@@ -31,9 +32,16 @@ from hpcwhirl.store.models.engine_file import (
     missing_terms,
     wrong_name,
 )
-from hpcwhirl.store.models.sparse_file import read_matrix, read_rows, read_vector
+from hpcwhirl.store.models.sparse_file import (
+    READERS,
+    read_matrix,
+    read_rows,
+    read_vector,
+    row_names,
+)
 
 MOST_BLADES = LARGEST // 2 - 1
+DECKS = ".inp", ".cdb", ".bdf", ".nas", ".dat"
 EXAMPLE = Path(__file__).with_name("wheel_example.toml")
 FAMILIES = 5  # default number of mode families that are kept
 EVEN = 1e-6  # rad, largest deviation from 2 pi / N between blades
@@ -164,8 +172,10 @@ class _Table:
     There is a method for each type of value; a wrong value raises InputError.
     """
 
-    def __init__(self, file: str, name: str, data: Any) -> None:
-        self.file, self.name = file, name
+    def __init__(
+        self, file: str, name: str, data: Any, rows: Mapping[str, int] | None = None
+    ) -> None:
+        self.file, self.name, self.rows = file, name, rows or {}
         self.data = as_table(f"{file}: [{name}]", data, TABLES[name])
 
     def wrong(self, key: str, allowed: str, got: object) -> InputError:
@@ -214,6 +224,7 @@ class _Table:
         """
         value = self.asked(key, None if count else [])
         value = value if isinstance(value, list) else [value]
+        value = [self._row(key, one) if isinstance(one, str) else one for one in value]
         if not all(map(is_whole, value)):
             raise self.wrong(key, "hold whole numbers", shown(value))
         if count and len(value) != count:
@@ -223,6 +234,16 @@ class _Table:
             hint = ": these numbers begin with 0" if max(value) == size else ""
             raise self.wrong(key, f"be 0 to {size - 1}", f"{shown(wrong[0])}{hint}")
         return np.array(value, dtype=np.int64)
+
+    def _row(self, key: str, name: str) -> int:
+        """Return the DoF that CalculiX names "node.direction" in its file .dof."""
+        if not self.rows:
+            allowed = "hold whole numbers: there is no .dof beside the matrices"
+            raise self.wrong(key, allowed, shown(name))
+        if name not in self.rows:
+            near = nearest(name, self.rows)
+            raise self.wrong(key, 'be "node.direction" of .dof', shown(name) + near)
+        return self.rows[name]
 
 
 def _is_number(value: object) -> bool:
@@ -239,15 +260,18 @@ def read_wheel(path: Path) -> FiniteElements:
     InputError
         naming the key, its value and what is allowed
     """
+    _check_kind(path)
     document, file = load_document(path), str(path)
     kind = _kind_of(document, file)
-    body, tips = (_Table(file, n, document.get(n, {})) for n in (kind, "tips"))
+    body = _Table(file, kind, document.get(kind, {}))
+    tips = _Table(file, "tips", document.get("tips", {}))
     is_sector = kind == "sector"
     blades = body.whole("blades", 3 if is_sector else 1, MOST_BLADES)
     names = ("mass", "stiffness")
     turning, more = _turning(body, path.parent)
     sources = tuple(path.parent / body.text(name) for name in names)
     mass, stiffness = map(read_matrix, sources, names)
+    body.rows = tips.rows = rows_named = row_names(sources[0]) or row_names(sources[1])
     size = mass.shape[0]
     if stiffness.shape != mass.shape:
         told = f"{size} degrees of freedom, stiffness {stiffness.shape[0]}"
@@ -258,7 +282,7 @@ def read_wheel(path: Path) -> FiniteElements:
     pairs, of_blade = _tips(tips, size, blades, (1 if is_sector else blades, each))
     plane, centre = "x" in tips.data, None
     if "centre" in document:
-        table = _Table(file, "centre", document["centre"])
+        table = _Table(file, "centre", document["centre"], rows_named)
         centre = _centre(table, size, float(of_blade[0]) if plane else 0.0)
     turn = points["tip_angle"] if points and plane else np.zeros(each)
     stress, rows = _stress(document, path, size, 1 if is_sector else blades)
@@ -281,6 +305,20 @@ def read_wheel(path: Path) -> FiniteElements:
     )
     _check_once(wheel)
     return wheel
+
+
+def _check_kind(path: Path) -> None:
+    """Raise InputError for a finite-element code's own file in place of the TOML."""
+    ending = path.suffix.lower()
+    if ending in DECKS:
+        raise InputError(
+            f"{path} is an input deck: a step with *FREQUENCY, SOLVER=MATRIXSTORAGE "
+            "lets CalculiX write .mas, .sti and .dof, which FILE.toml names: hpcwhirl "
+            "import-model --example"
+        )
+    if ending in READERS or ending == ".dof":
+        msg = f"{path} is one file of a model: FILE.toml names mass and stiffness: "
+        raise InputError(f"{msg}hpcwhirl import-model --example")
 
 
 def _kind_of(document: dict[str, Any], file: str) -> str:
