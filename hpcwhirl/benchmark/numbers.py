@@ -2,13 +2,14 @@
 
 A motion with contact makes small differences larger, also those that the time step
 makes by itself. So each computation is repeated with steps that are shorter by `NUDGE`
-and more, its twins; what they differ by is the scatter, below which no error is known.
+and more, its twins; what they differ by is the scatter. The twins of the reference
+differ in modes, too: where they disagree, no error is known.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -158,19 +159,14 @@ def scatter_of(runs: Sequence[Run], gap: float) -> dict[str, float]:
     return out
 
 
-def is_sensitive(reference: Sequence[Run], gap: float) -> bool:
-    """Return whether a case has no value that a setting could be right about.
+def sensitive(scatter: Mapping[str, float]) -> tuple[str, ...]:
+    """Return the numbers that no setting could be right about in a case.
 
-    So it is where the reference's twins have other words, or where their radius or the
-    peak of the tips differs by more than `SENSITIVE`.
+    They are those by which the reference's twins differ by more than `SENSITIVE`.
 
-    reference, gap : the reference's twins of the case; m
+    scatter : of the reference's twins of the case, see `scatter_of`
     """
-    if len({run.words for run in reference}) > 1:
-        return True
-    scatter = scatter_of(reference, gap)
-    kept = (scatter.get(n, 0.0) for n in ("orbit_radius", "blade_peak"))
-    return max(kept) > SENSITIVE
+    return tuple(name for name, most in scatter.items() if most > SENSITIVE)
 
 
 @dataclass(frozen=True)
@@ -238,14 +234,14 @@ def shift_of(pairs: Sequence[tuple[Any, Any]]) -> Shift | None:
 
 
 def shifts_of(
-    pairs: Sequence[tuple[Sequence[Run], Sequence[Run]]],
+    pairs: Mapping[str, Sequence[tuple[Sequence[Run], Sequence[Run]]]],
 ) -> dict[str, Shift]:
-    """Return {number in `SCORED`: how its distribution differs} of sensitive cases.
+    """Return {number: how its distribution differs} over sensitive cases.
 
-    pairs : twins of each case with the setting and with the reference
+    pairs : {number: twins of each sensitive case with the setting and the reference}
     """
     found = {
-        number: shift_of([(_values(number, a), _values(number, b)) for a, b in pairs])
-        for number in SCORED
+        number: shift_of([(_values(number, a), _values(number, b)) for a, b in of])
+        for number, of in pairs.items()
     }
     return {number: shift for number, shift in found.items() if shift is not None}

@@ -4,7 +4,9 @@ Each case is integrated with each setting, such as another scheme or time step, 
 the reference, which is finer than all. This is done in rounds: each round integrates
 everything once, with a time step a few per cent shorter than in the last, so that
 repeats of a computation are spread over the whole run, and its twins differ by what a
-step's error makes. Settings that lead to the same computation share one row.
+step's error makes. The reference is a little coarser in every second round: what both
+differ by is not known of the case. Settings that lead to the same computation share one
+row.
 """
 
 from __future__ import annotations
@@ -27,10 +29,10 @@ from hpcwhirl.benchmark.numbers import (
     Run,
     Shift,
     error_of,
-    is_sensitive,
     quantile_of,
     run_of,
     scatter_of,
+    sensitive,
     shifts_of,
     usual_words,
 )
@@ -49,6 +51,7 @@ from hpcwhirl.scene.schemes import DEFAULT
 
 GROWING = ("growth_rate", "line_frequency")  # numbers of a divergent case
 WARM = 200  # steps that compile a kernel before the timing
+FINE = ("reference", "coarser")  # settings of the reference in turn, by round
 REFERENCE = -1  # number of the reference in the list of computations
 Key = tuple[tuple[str, str], ...]
 Runs = dict[tuple[int, str], list[Run]]  # {(computation, case): its twins}
@@ -123,12 +126,14 @@ def _warm(scene: Scene) -> None:
     simulate(apply_settings(scene, short))
 
 
-def _finest(scene: Scene) -> Scene:
+def _finest(scene: Scene, which: str) -> Scene:
     """Return the reference of a scene in a form that can be integrated.
 
     If its scheme is refused for this scene, it gets the default scheme.
+
+    which : "reference" or "coarser"
     """
-    finest = reference_of(scene)
+    finest = reference_of(scene, which)
     try:
         _warm(finest)
     except InputError:
@@ -162,7 +167,7 @@ class Case:
     gap : m
     words : words of the reference's twins
     decided : whether they have a regime
-    sensitive : whether they differ so much that errors have no meaning
+    sensitive : numbers by which they differ so much that errors have no meaning
     scatter : {number: how far they differ}
     seconds : median processor time of the reference
     """
@@ -170,14 +175,14 @@ class Case:
     gap: float
     words: list[str]
     decided: bool
-    sensitive: bool
+    sensitive: tuple[str, ...]
     scatter: dict[str, float]
     seconds: float
 
 
 @dataclass(frozen=True)
 class Error:
-    """Errors of a number over the cases that are not sensitive.
+    """Errors of a number over the cases in which it is not sensitive.
 
     Attributes
     ----------
@@ -203,11 +208,11 @@ class Row:
     cost : processor time / that of the cases as given in the same round, median
     costs : that ratio in each round
     same, changed, open : cases with the reference's words; with other words though
-        both are decided; where either is not decided
+        both are decided; where either is not decided, or the reference's twins differ
     agree, runs : runs with the reference's words, of all
     errors : {number: its errors}
-    of : {case: {number: error of its worst twin}}, of cases that are not sensitive
-    shifts : {number: how its distribution differs}, of sensitive cases
+    of : {case: {number: error of its worst twin}}, of numbers not sensitive in it
+    shifts : {number: how its distribution differs}, over cases where it is sensitive
     ledger : largest |ledger_error| of any run
     refused : {case: message}
     unstable : whether a run was unstable
@@ -280,11 +285,11 @@ def measure(
     tried = computations(scenes, settings)
     for name, why in tried[0].refused.items():
         raise InputError(f"{name}: {why}")
-    finest = {name: _finest(scene) for name, scene in scenes.items()}
+    finest = [{name: _finest(scene, which) for name, scene in scenes.items()}
+              for which in FINE]  # fmt: skip
     runs: Runs = {}
-    todo = list(_todo(tried, finest))
     for round_ in range(repeats):
-        for number, name, scene in todo:
+        for number, name, scene in _todo(tried, finest[round_ % len(FINE)]):
             label = "reference" if number == REFERENCE else tried[number].label
             tell(f"round {round_ + 1} of {repeats}, {name}: {label}")
             runs.setdefault((number, name), []).append(run_once(scene, round_))
@@ -310,12 +315,13 @@ def _todo(
 
 
 def _case(reference: list[Run], gap: float) -> Case:
+    scatter = scatter_of(reference, gap)
     return Case(
         gap,
         [run.words for run in reference],
         all(run.is_decided for run in reference),
-        is_sensitive(reference, gap),
-        scatter_of(reference, gap),
+        sensitive(scatter),
+        scatter,
         float(np.median([run.seconds for run in reference])),
     )
 
@@ -328,11 +334,10 @@ def _row(number: int, one: Computation, runs: Runs, cases: Mapping[str, Case]) -
         return empty
     pairs = {n: (runs[number, n], runs[REFERENCE, n]) for n in one.scenes}
     flat = [run for own, _ in pairs.values() for run in own]
-    steady = {n: pair for n, pair in pairs.items() if not cases[n].sensitive}
     late = one.settings[0].axis == "duration"
     names = ONLY_LATE if late else tuple(NUMBERS)
     of = {n: _errors(_kept(names, cases[n]), pair, cases[n].gap)
-          for n, pair in steady.items()}  # fmt: skip
+          for n, pair in pairs.items()}  # fmt: skip
     costs, counts = _costs(number, one, runs), _words(pairs)
     return replace(
         empty,
@@ -343,9 +348,9 @@ def _row(number: int, one: Computation, runs: Runs, cases: Mapping[str, Case]) -
         open=counts["open"],
         agree=counts["agree"],
         runs=counts["runs"],
-        errors=_over_cases(of, steady, cases),
+        errors=_over_cases(of, pairs, cases),
         of={n: {name: e[1] for name, e in found.items()} for n, found in of.items()},
-        shifts=shifts_of([p for n, p in pairs.items() if cases[n].sensitive]),
+        shifts=shifts_of(_sensitive(pairs, cases)),
         ledger=max(run.numbers["ledger_error"] for run in flat),
         unstable=any(run.regime == "unstable" for run in flat),
         score=_score(of),
@@ -367,19 +372,32 @@ def _words(pairs: Mapping[str, tuple[list[Run], list[Run]]]) -> dict[str, int]:
         usual = usual_words(reference)
         out["runs"] += len(own)
         out["agree"] += sum(run.words == usual for run in own)
-        decided = all(run.is_decided for run in (*own, *reference))
+        sure = len({run.words for run in reference}) == 1
+        decided = sure and all(run.is_decided for run in (*own, *reference))
         same = usual_words(own) == usual
         out["open" if not decided else "same" if same else "changed"] += 1
     return out
 
 
 def _kept(names: Sequence[str], case: Case) -> Sequence[str]:
-    """Return the numbers that are compared: of a divergent case those of its growth.
+    """Return the numbers that have an error: those that are not sensitive.
 
-    Its size is that at which the run ended, and multiplies any error of the rate.
+    Of a divergent case they are those of its growth: its size is that at which the run
+    ended, and multiplies any error of the rate.
     """
     grows = max(case.words, key=case.words.count).startswith("divergent")
-    return [n for n in names if n in GROWING] if grows else names
+    known = [n for n in names if n not in case.sensitive]
+    return [n for n in known if n in GROWING] if grows else known
+
+
+def _sensitive(
+    pairs: Mapping[str, tuple[list[Run], list[Run]]], cases: Mapping[str, Case]
+) -> dict[str, list[tuple[list[Run], list[Run]]]]:
+    """Return {number: twins of the cases in which it is sensitive}."""
+    return {
+        number: [pair for n, pair in pairs.items() if number in cases[n].sensitive]
+        for number in SCORED
+    }
 
 
 def _errors(
@@ -391,15 +409,15 @@ def _errors(
 
 def _over_cases(
     of: Mapping[str, Mapping[str, tuple[float, float]]],
-    steady: Mapping[str, tuple[list[Run], list[Run]]],
+    pairs: Mapping[str, tuple[list[Run], list[Run]]],
     cases: Mapping[str, Case],
 ) -> dict[str, Error]:
-    """Return {number: its errors over the cases} that are not sensitive.
+    """Return {number: its errors over the cases} in which it is not sensitive.
 
     of : {case: {number: (error of the mean, of the worst twin)}}
     """
     out = {}
-    scatter = [scatter_of(own, cases[n].gap) for n, (own, _) in steady.items()]
+    scatter = [scatter_of(own, cases[n].gap) for n, (own, _) in pairs.items()]
     for name in NUMBERS:
         errors = [found[name][0] for found in of.values() if name in found]
         twins = [found[name] for found in scatter if name in found]
@@ -414,10 +432,8 @@ def _over_cases(
 
 
 def _score(of: Mapping[str, Mapping[str, tuple[float, float]]]) -> float:
-    worst = [
-        max((found[n][0] for n in SCORED if n in found), default=0.0)
-        for found in of.values()
-    ]
+    known = [[found[n][0] for n in SCORED if n in found] for found in of.values()]
+    worst = [max(errors) for errors in known if errors]
     return float(np.median(worst)) if worst else 0.0
 
 

@@ -21,6 +21,7 @@ from hpcwhirl.structure.bladed_disk import MOST_DOF
 Settings = dict[str, Value]
 A_BLADE = "modes_a_blade"  # key of a setting: fixed-interface modes / N
 BOTH = "together"  # axis of settings that change accuracy and truncation
+FINER = 0.25  # longest step of the reference / that of a scene
 PRESET = "preset"  # axis of the presets
 # inputs that are chosen by `truncation` unless it is 0
 CHOSEN = {A_BLADE, "modes", "casing.harmonics", "casing.families"}
@@ -111,20 +112,22 @@ def pinned(scene: Scene, factor: float = 1.0) -> Scene:
     return apply_settings(case.reduced, chosen)
 
 
-def reference_of(scene: Scene) -> Scene:
+def reference_of(scene: Scene, which: str = "reference") -> Scene:
     """Return a scene with the accurate settings of the reference.
 
     Where rotation is "auto", the reference has all its terms.
+
+    which : table of trials.toml with the settings, "reference" or "coarser"
     """
     if scene.engine.rotation == "auto":
         scene = apply_settings(scene, {"rotation": "full"})
     scene = pinned(scene)  # modes and step are chosen by error bounds
-    table, engine, solver = trials()["reference"], scene.engine, scene.solver
+    table, engine, solver = trials()[which], scene.engine, scene.solver
     modes = table[A_BLADE] * engine.rotor.blades
     most = MOST_DOF // (3 * engine.rotor.blades) - 1
     chosen: Settings = {
         "scheme": table["scheme"],
-        "time_step": min(table["time_step"], 0.25 * solver.time_step),
+        "time_step": min(table["time_step"], FINER * solver.time_step),
         "modes": max(modes, solver.modes),
         "casing.harmonics": max(table["harmonics"], engine.casing.harmonics),
         "casing.families": "all",

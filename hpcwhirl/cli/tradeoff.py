@@ -245,6 +245,8 @@ def _write(args: argparse.Namespace, facts: dict[str, Any], text: str) -> None:
 
 
 def _heading(facts: dict[str, Any]) -> str:
+    from hpcwhirl.report.figures.pareto import COLUMNS
+
     who = f"{facts['machine']}; hpcwhirl {facts['version']}"
     rounds = number_told(facts["repeats"], "round")
     lines = [f"{who}; {rounds}; {facts['elapsed']:.0f} s", ""]
@@ -252,6 +254,7 @@ def _heading(facts: dict[str, Any]) -> str:
     lines.append(f"Reference, at least: {reference}; its words:")
     for name, case in facts["cases"].items():
         distinct = ", ".join(dict.fromkeys(case["words"]))
-        kind = "; sensitive: its twins differ" if case["sensitive"] else ""
+        unsure = "; ".join([COLUMNS[n] for n in case["sensitive"]])
+        kind = f"; not sure: {unsure}" if unsure else ""
         lines.append(f"- {name}: {distinct}{kind} ({case['seconds']:.1f} s a twin)")
     return "\n".join([*lines, "", facts["not_offered"] + ".", "", ""])

@@ -32,14 +32,16 @@ SMALLEST = 1e-7  # smallest error that the figure shows
 
 
 def floor_row(facts: Facts) -> dict[str, list[float]]:
-    """Return how much the reference's twins differ in cases that are not sensitive.
+    """Return how much the reference's twins differ where that is little enough.
 
     Returns {number: of each case}
 
     facts : data of a measurement, from `benchmark.tradeoff.Tradeoff.facts`
     """
-    steady = [c["scatter"] for c in facts["cases"].values() if not c["sensitive"]]
-    return {n: [s[n] for s in steady if n in s] for n in COLUMNS}
+    cases = facts["cases"].values()
+    return {n: [c["scatter"][n] for c in cases
+                if n in c["scatter"] and n not in c["sensitive"]]
+            for n in COLUMNS}  # fmt: skip
 
 
 def percent(value: float | None) -> str:
@@ -107,13 +109,11 @@ def _line(row: Facts) -> str:
 
 def _notes(facts: Facts) -> list[str]:
     cases = facts["cases"]
-    sensitive = [name for name, case in cases.items() if case["sensitive"]]
-    steady = len(cases) - len(sensitive)
     note = (
-        f"Errors over {number_told(steady, 'case')}: median, nine in ten below (twins "
-        "of the setting, nine in ten below). Words: cases with the reference's words, "
-        "with others, and open ones, where either is undecided. Cost: median of the "
-        "rounds (lowest to highest). Bold: on the Pareto front."
+        f"Errors over {number_told(len(cases), 'case')}: median, nine in ten below "
+        "(twins of the setting, nine in ten below). Words: cases with the reference's "
+        "words, with others, and open ones, undecided or with twins that differ. Cost: "
+        "median of the rounds (lowest to highest). Bold: on the Pareto front."
     )
     lines = [note]
     front = [row for row in facts["rows"] if row["front"] and row["errors"]]
@@ -122,27 +122,29 @@ def _notes(facts: Facts) -> list[str]:
     if radius:
         lines += ["", "95 % interval of the radius's error that nine cases in ten are "
                   "below: " + "; ".join(radius) + "."]  # fmt: skip
-    if sensitive:
-        lines += ["", _sensitive(facts, sensitive)]
-    return lines
+    return [*lines, *_sensitive(facts)]
 
 
-def _sensitive(facts: Facts, names: list[str]) -> str:
-    """Return how settings change the distributions of cases that are sensitive."""
-    parts = []
-    for row in facts["rows"]:
-        shifts = row["shifts"].values()
-        if shifts and row["front"]:
-            worst = min(shifts, key=lambda shift: shift["chance"])
-            parts.append(f"{row['label']} {worst['distance']:.2g} "
-                         f"(p {worst['chance']:.2g})")  # fmt: skip
+def _sensitive(facts: Facts) -> list[str]:
+    """Return in how many cases numbers are sensitive, and how settings change them."""
+    cases = facts["cases"].values()
+    count = {n: sum(n in case["sensitive"] for case in cases) for n in COLUMNS}
+    if not any(count.values()):
+        return []
+    parts = [f"{COLUMNS[n]} in {c}" for n, c in count.items() if c]
     head = (
-        f"{number_told(len(names), 'case')} without errors, since twins of the "
-        f"reference differ by more than 5 % or in words ({'; '.join(names)}): their "
-        "numbers are compared as distributions; largest distance of Kolmogorov and "
-        "Smirnov over "
+        f"Of {number_told(len(cases), 'case')}, the reference itself is not sure to "
+        f"5 % of the {', '.join(parts)}: these have no error. "
     )
-    return head + "radius, impulse and peaks: " + "; ".join(parts) + "."
+    tests = [(row["label"], min(row["shifts"].values(), key=lambda s: s["chance"]))
+             for row in facts["rows"] if row["front"] and row["shifts"]]  # fmt: skip
+    shifts = "; ".join(
+        f"{label} {shift['distance']:.2g} (p {shift['chance']:.2g})"
+        for label, shift in tests
+    )
+    if shifts:
+        head += "Largest distance of their distributions (Kolmogorov and Smirnov): "
+    return ["", head + shifts]
 
 
 @in_defaults
