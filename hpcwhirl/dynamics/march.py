@@ -22,19 +22,16 @@ from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
 from hpcwhirl.dynamics.bodies.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_of
-from hpcwhirl.dynamics.free_motion import WaveDecay
-from hpcwhirl.dynamics.free_points import FreePoints
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Strides, Tracks
 from hpcwhirl.dynamics.kernels.loop.flight import LESS
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.by_sectors import folds_well
-from hpcwhirl.dynamics.schemes.equal_sectors import EqualWaves
-from hpcwhirl.dynamics.schemes.several_points import BothAsWaves
 from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
 from hpcwhirl.dynamics.waves.casing import wall_of
+from hpcwhirl.dynamics.waves.free_motion import FreeMotion
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
 
@@ -179,27 +176,23 @@ class March:
             target[...] = array
         self.recall()
 
-    def _coast(self) -> WaveDecay | FreePoints | None:
-        """Return the object that finds certificates and the motion after them, or None.
+    def _coast(self) -> FreeMotion | None:
+        """Return the motion without contact, which finds certificates, or None.
 
         None if the plan of the case seeks no certificate, or if there is no closed form
         for this scheme or for a changing speed.
         """
-        scene, scheme = self.lean.scene, self.scheme
-        if not isinstance(scheme, EqualWaves | BothAsWaves):
-            return None
+        scene = self.lean.scene
         if not self.case.plan.settles:
             return None
         if law_of(scene) is not None:  # its closed form is that of a constant speed
             return None
+        free = self.scheme.free()
+        if free is None:
+            return None
         first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
         self._look_after(max(first if scene.is_loaded else 1, self.let_go + 1))
-        coast: WaveDecay | FreePoints
-        if isinstance(scheme, BothAsWaves):
-            coast = FreePoints(scheme.reads, scheme.arrays)
-        else:
-            coast = WaveDecay(scheme.free())
-        return coast if coast.possible else None
+        return free if free.possible else None
 
     def _watch(self) -> None:
         """Restart the run with all sectors if the one integrated had too much contact.
@@ -572,7 +565,7 @@ def next_look(
 
     Parameters
     ----------
-    sizes, decays : results of `FreePoints.bound`, at all contact points
+    sizes, decays : results of `FreeMotion.bound`, at all contact points
     gap : m
     shortest, longest : least and largest result, numbers of steps
     """

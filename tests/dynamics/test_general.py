@@ -21,7 +21,6 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
 from hpcwhirl.dynamics.bodies.motion import gaps_of
 from hpcwhirl.dynamics.bodies.timestep import recursion
-from hpcwhirl.dynamics.free_points import FreePoints
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.compiled import kernel
@@ -266,7 +265,7 @@ def test_the_bound_of_the_certificate_is_one_of_each_blade(modes, share):
     if modes == slice(None):
         size = 1e-7 * random.normal(size=(2, len(beside)))
         state[beside], state[waves.half + beside] = size
-    coast = FreePoints(march.scheme.reads, march.scheme.arrays)
+    coast = march.scheme.free()
     bound = coast.bound(march.state)[0].sum(axis=1)
     assert len(bound) == 7
     most = np.zeros(7)

@@ -11,7 +11,6 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.bodies.motion import Motion, gaps_of
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rotor_compliance
 from hpcwhirl.dynamics.bodies.turning import by_diameter, turning
-from hpcwhirl.dynamics.free_motion import WaveDecay
 from hpcwhirl.dynamics.history import LEDGER_TERMS
 from hpcwhirl.dynamics.kernels import keep_inverse
 from hpcwhirl.dynamics.kernels.compiled import kernel
@@ -207,7 +206,7 @@ def test_modal_hands_over_what_is_not_told_apart(given):
 def test_the_bound_of_the_certificate_is_reached_by_a_single_wave(wave):
     # and it bounds every later gap; wave: nodal diameter, place among its waves
     march = march_of(scheme="modal", gap=1.0, force=0.0, speed=300.0, duration=0.05)
-    coast = WaveDecay(march.scheme.free())
+    coast = march.scheme.free()
     own = diameters_of(march.model, march.scene)[wave[0]]
     _, wide = widths(5)
     chosen = np.argsort(np.abs(own.ahead))[wave[1]]
@@ -226,7 +225,7 @@ def test_no_certificate_of_a_rotor_whose_free_motion_grows():
     beyond = {"speed": 900.0, "damping": 0.02, "engine.rotor.suspension_damping": 0.02}
     march = march_of(scheme="modal", gap=1.0, duration=0.05, **beyond)
     assert largest_growth(march.model.rotor, 5, 900.0) > 0.0
-    assert not WaveDecay(march.scheme.free()).possible
+    assert not march.scheme.free().possible
     assert march.coast is None
 
 

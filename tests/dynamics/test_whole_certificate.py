@@ -5,7 +5,6 @@ import pytest
 from alike import assert_rest_as_marched
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.free_points import FreePoints
 from hpcwhirl.dynamics.kernels.loop.flight import LESS
 from hpcwhirl.dynamics.kernels.loop.wave_types import PointsRotor
 from hpcwhirl.dynamics.march import March
@@ -30,7 +29,7 @@ def march_of(**settings):
 
 
 def coast_of(march):
-    return FreePoints(march.scheme.reads, march.scheme.arrays)
+    return march.scheme.free()
 
 
 def drawn(seed, **given):

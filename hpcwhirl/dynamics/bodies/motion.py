@@ -10,11 +10,10 @@ A march begins with the rotor at angle 0. A motion that was read at another angl
 `turned`: rotor and casing are rotated back together, which makes no difference, since
 casing and supports are the same in all directions (`check_continuable`).
 
-A kernel's state has increments d = x_n - x_{n-1} instead of velocities v. They are
-related by a step without forces, d' = keep d - pull x: for central differences v = (d +
-d') / 2 dt, for the exact flow v is the velocity of the mode. Both relations are
-inverted exactly: a free motion that is read and begun again is the uninterrupted one,
-to round-off.
+The state of the loop `bodies` has increments d = x_n - x_{n-1} instead of velocities v.
+They are related by a step without forces, d' = keep d - pull x, v = (d + d') / 2 dt.
+The relation is inverted exactly: a free motion that is read and begun again is the
+uninterrupted one, to round-off.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.profile import is_round
-from hpcwhirl.dynamics.bodies.timestep import exact_flow, recursion
+from hpcwhirl.dynamics.bodies.timestep import recursion
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import MOST_KEPT, Model
 from hpcwhirl.reduction.modes import ModalModel
@@ -93,7 +92,7 @@ class Steps(Protocol):
 
 
 @dataclass(frozen=True)
-class FreeSteps:
+class CentralSteps:
     """Conversion between velocities and increments of a body, for central differences.
 
     A step without contact is d' = keep d - pull x; d = x_n - x_{n-1} and d' are the
@@ -129,54 +128,20 @@ class FreeSteps:
         return np.asarray(np.linalg.solve(np.eye(len(right)) + self.keep, right))
 
 
-@dataclass(frozen=True)
-class FreeFlow:
-    """Conversion between velocities and increments of modes, for the exact flow.
-
-    v = of_d d + of_x x: v is the velocity, d = x_n - x_{n-1} the increment of the
-    amplitude x of a mode.
-
-    of_d, of_x : (m,), 1/s
-    """
-
-    of_d: Floats
-    of_x: Floats
-
-    def velocities(self, x: Floats, d: Floats, _: float = 0.0) -> Floats:
-        """Return the velocities of modes, (m,), at the end of a step.
-
-        x, d : (m,), amplitudes of the modes, and their increments in the step
-        """
-        return self.of_d * d + self.of_x * x
-
-    def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return the increments of modes, x_n - x_{n-1}, in the last step, (m,).
-
-        x, v : (m,), amplitudes of the modes, and their velocities
-        """
-        return (v - self.of_x * x) / self.of_d
-
-
 def _times(matrix: Floats, x: Floats) -> Floats:
     return matrix * x if matrix.ndim == 1 else np.asarray(matrix @ x)
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
+def modal_steps(body: ModalModel | None, step: float) -> Steps:
     """Return the conversion between velocities and increments of modes, cached.
 
     body, step : modes without terms of rotation, None for a rigid casing; dt, s
-    exact : whether a scheme steps by the exact flow, else by central differences
     """
     omega = body.omega if body else np.zeros(0)
     ratios = body.ratios if body else np.zeros(0)
-    if not exact:
-        keep, pull, _ = recursion(omega, ratios, step)
-        return FreeSteps(keep, pull, step)
-    pairs = zip(omega.tolist(), ratios.tolist(), strict=True)
-    speeds = [exact_flow(own, damping, step).speed for own, damping in pairs]
-    of_d, of_x = np.array(speeds).reshape(-1, 2).T
-    return FreeFlow(of_d, of_x)
+    keep, pull, _ = recursion(omega, ratios, step)
+    return CentralSteps(keep, pull, step)
 
 
 def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:

@@ -34,7 +34,7 @@ import numpy as np
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced, swing
-from hpcwhirl.dynamics.bodies.motion import FreeSteps
+from hpcwhirl.dynamics.bodies.motion import CentralSteps
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, Stand
 from hpcwhirl.dynamics.kernels.standing import answer, at_centre, terms_at
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
@@ -296,7 +296,7 @@ def _gained(stand: Stand, force: complex) -> Floats:
 
 
 @dataclass(frozen=True)
-class SupportedSteps(FreeSteps):
+class SupportedSteps(CentralSteps):
     """Conversion between velocities and increments of a rotor on such supports.
 
     stand : the kernel's arrays of the supports, see `added_by`
@@ -321,7 +321,7 @@ class SupportedSteps(FreeSteps):
         return super().increments(x, v - included_in(self.stand, x, v))
 
 
-def steps_on(stand: Stand, free: FreeSteps) -> FreeSteps:
+def steps_on(stand: Stand, free: CentralSteps) -> CentralSteps:
     """Return the conversion between velocities and increments of a rotor on supports.
 
     stand : the kernel's arrays of the supports, see `standing`

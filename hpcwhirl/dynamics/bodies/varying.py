@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.dynamics.bodies.motion import FreeSteps
+from hpcwhirl.dynamics.bodies.motion import CentralSteps
 from hpcwhirl.dynamics.bodies.turning import by_diameter
 from hpcwhirl.dynamics.kernels.kernel_types import BodiesState, CoupledBody
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
@@ -260,13 +260,13 @@ class DrivenSteps:
     body: CoupledBody
     step: float
 
-    def unforced(self) -> FreeSteps:
+    def unforced(self) -> CentralSteps:
         """Return the conversion for the motion by contact, which f_0 does not drive.
 
         f_0 are the forces of unbalance and Euler's forces.
         """
         keep, pull, _ = self.rotor.dense(self.body)
-        return FreeSteps(keep, pull, self.step)
+        return CentralSteps(keep, pull, self.step)
 
     def set_out(self, state: BodiesState, v: Floats) -> None:
         """Set the increments in a state from velocities, at the start of a run.
@@ -289,7 +289,7 @@ class DrivenSteps:
         x, d : (m,), amplitudes, and their increments x_n - x_{n-1} in the last step
         """
         keep, pull, moved = self.rotor.dense(self.body)
-        free = FreeSteps(keep, pull, self.step).velocities(x, d)
+        free = CentralSteps(keep, pull, self.step).velocities(x, d)
         return np.asarray(free + moved / (2 * self.step))
 
     def increments(self, x: Floats, v: Floats) -> Floats:
@@ -299,4 +299,4 @@ class DrivenSteps:
         """
         keep, pull, moved = self.rotor.dense(self.body)
         less = v - moved / (2 * self.step)
-        return FreeSteps(keep, pull, self.step).increments(x, less)
+        return CentralSteps(keep, pull, self.step).increments(x, less)

@@ -258,6 +258,16 @@ def contact_space(blades, coordinates):
     )
 
 
+@inlined
+def book_impact(work, ledger):
+    """Enter work of the rotation, J, that is lost or stored at once as contact closes.
+
+    The ledger's entries ROTATION and IMPACT both contain it.
+    """
+    ledger[IMPACT] += work
+    ledger[ROTATION] += work
+
+
 @part
 def book_contacts(push, where, active, before, last, counter, ledger, impulse, step):
     """Enter a step's contacts in the account: impact loss, impulse, touchdowns.
@@ -281,8 +291,7 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
         impulse[j] += push[s] * step
         counter[TOUCHDOWNS] += last[j] != counter[STEP] - 1
         last[j] = counter[STEP]
-    ledger[IMPACT] -= work
-    ledger[ROTATION] -= work
+    book_impact(-work, ledger)
     ledger[IMPULSE] += total
     counter[LAST] = counter[STEP]
     counter[TOUCHED] += 1

@@ -136,13 +136,13 @@ def slide(body, motion, lam, index, shape, out):
 
 
 @verb
-def meet(body, motion, mu, ledger):
-    """Add the effect of contact forces to a body's increments; enter their work, J.
+def meet(body, motion, mu):
+    """Add the effect of contact forces to a body's increments.
 
-    The forces, motion.normal and mu motion.drag, change motion.ahead.
+    The forces, motion.normal and mu motion.drag, change motion.ahead. Forces that do
+    not act on the body are set to 0.
 
     mu : friction with the sign of the speed
-    ledger : its entries ROTATION and FRICTION grow by the work
     """
     raise NotImplementedError
 

@@ -17,8 +17,6 @@ from hpcwhirl.case.speed import Interval, angle_at
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, amplitudes, lowering
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign
-from hpcwhirl.dynamics.free_motion import FreeMotion
-from hpcwhirl.dynamics.free_points import flushed
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Load
 from hpcwhirl.dynamics.kernels.loop.points import march_points
@@ -44,6 +42,8 @@ from hpcwhirl.dynamics.schemes.integrator import (
 )
 from hpcwhirl.dynamics.waves.casing import ready_at
 from hpcwhirl.dynamics.waves.flights import LONGEST, can_fly
+from hpcwhirl.dynamics.waves.free_motion import FreeMotion
+from hpcwhirl.dynamics.waves.free_waves import free_slots
 from hpcwhirl.dynamics.waves.mode_waves import mode_waves
 from hpcwhirl.dynamics.waves.slot_waves import (
     PART,
@@ -601,7 +601,10 @@ class EqualWaves(Integrator):
 
     def free(self) -> FreeMotion:
         """Return the waves in free motion, for certificate and closed form."""
-        return FreeSlots(self).motion()
+        return free_slots(
+            (self.rotor, self.ring), self.at, self.arrays.rotor, self.model.blades,
+            self.set_seen,
+        )  # fmt: skip
 
     def _static(self, copies: Floats, stride: int) -> Floats:
         if not len(copies):
@@ -614,74 +617,6 @@ class EqualWaves(Integrator):
         for c, mode in enumerate(modes):
             laid[:, :, mode.row, mode.slot] = copies[:, 2 * c : 2 * c + 2]
         return ring_amplitudes(self.model, laid.reshape(len(copies), -1), angles)
-
-
-class FreeSlots:
-    """The waves of equal sectors in free motion, in the order of the state.
-
-    Attributes
-    ----------
-    own, beside : (row, slot) of the waves of rotor and casing
-    index : (waves,), indices of re of the amplitudes, those of the rotor first
-    """
-
-    def __init__(self, scheme: EqualWaves) -> None:
-        self.scheme, self.rows = scheme, scheme.arrays.rotor.rows
-        self.own = np.nonzero(scheme.rotor.there)
-        self.beside = np.nonzero(scheme.ring.there)
-        at = scheme.at.rotor_at(*self.own), scheme.at.ring_at(*self.beside)
-        self.index = np.concatenate(at)
-
-    def motion(self) -> FreeMotion:
-        """Return what the waves move, and how they lie in a state."""
-        rotor, ring = self.scheme.rotor, self.scheme.ring
-        body, blades = self.scheme.arrays.rotor, self.scheme.model.blades
-        turned = blade_waves(blades)[:, self.own[1]]
-        none = np.zeros((blades, len(self.beside[0])))
-        radial, along = -rotor.radial[self.own], -rotor.along[self.own]
-        reach = np.abs(np.append(radial, ring.radial[self.beside]))
-        moved = np.append(np.hypot(np.abs(radial), np.abs(along)), none[0])
-        hub = np.zeros((2, len(self.index)), dtype=complex)
-        casing = np.zeros((len(body.modes), len(self.index)), dtype=complex)
-        place = {int(at): n for n, at in enumerate(self.index)}
-        for h, at in enumerate(body.centre):
-            hub[:, place[int(at)]] = body.hub[:, h, 0] - 1j * body.hub[:, h, 1]
-        for c, both in enumerate(body.modes):
-            casing[c, [place[int(at)] for at in both]] = 1.0
-        return FreeMotion(
-            self._joined(rotor.ahead, ring.ahead),
-            self._joined(rotor.push, ring.push)[None], reach[None], moved[None],
-            np.hstack([radial * turned, none]), np.hstack([along * turned, none]), hub,
-            casing, self.read, self.write, self.energies,
-        )  # fmt: skip
-
-    def _joined(self, own: Complexes, beside: Complexes) -> Complexes:
-        return np.append(own[self.own], beside[self.beside])
-
-    def read(self, state: CyclicState) -> Complexes:
-        """Return the amplitudes of all waves, (waves,), in a state."""
-        q = state.rotor
-        return np.asarray(q[self.index] + 1j * q[self.index + FOUR])
-
-    def write(self, state: CyclicState, a: Complexes) -> None:
-        """Set the amplitudes of all waves in a state, after free motion."""
-        state.rotor[self.index] = flushed(a.real)
-        state.rotor[self.index + FOUR] = flushed(a.imag)
-        self.scheme.set_seen(state)
-
-    def energies(self, a: Complexes) -> tuple[Floats, Floats]:
-        """Return the energies of rotor and casing, (n,) each, J; a : (n, waves)."""
-        rows, lanes = self.rows, np.arange(FOUR)
-        whole = np.zeros((len(a), self.scheme.at.rows * FOUR), dtype=complex)
-        whole[:, self.index // PART * FOUR + self.index % FOUR] = a
-        pairs = rows.pairs.reshape(-1, 2, 1) // PART * FOUR + lanes
-        parts = rows.energy.reshape(-1, 2, FOUR)
-        form = parts[:, 0] + 1j * parts[:, 1]
-        out = []
-        for part in (slice(0, rows.split), slice(rows.split, None)):
-            one, two = (whole[:, pairs[part, i]] for i in range(2))
-            out.append((one.conj() * form[part] * two).real.sum(axis=(1, 2)))
-        return out[0], out[1]
 
 
 def _put(table: Floats, at: Integers, values: Complexes) -> None:

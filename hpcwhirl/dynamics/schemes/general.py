@@ -10,7 +10,7 @@ import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, law_of
 from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
-from hpcwhirl.dynamics.bodies.motion import FreeSteps, Motion
+from hpcwhirl.dynamics.bodies.motion import CentralSteps, Motion
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, modal_arrays
 from hpcwhirl.dynamics.bodies.turning import by_diameter, steps_on, turning
 from hpcwhirl.dynamics.bodies.varying import DrivenRotor, DrivenSteps, driven
@@ -48,7 +48,7 @@ class _Spinning(TwoBodies):
         step, shapes = scene.solver.time_step, model.rotor.shapes[:, order]
         own, still = turning(model, scene, shapes), circle(model, scene)
         self.still, arrays = still, modal_arrays(model, scene)
-        steps = steps_on(arrays.rotor.stand, FreeSteps(own.keep, own.pull, step))
+        steps = steps_on(arrays.rotor.stand, CentralSteps(own.keep, own.pull, step))
         held = Coordinates(
             steps, shapes, lambda: shapes.T @ body.mass,
             np.zeros(len(shapes)) if still is None else still,

@@ -21,6 +21,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
 from hpcwhirl.dynamics.kernels.loop.circulant import folded
 from hpcwhirl.dynamics.kernels.vectors import aligned_zeros, all_aligned, widths
 from hpcwhirl.dynamics.waves.casing import waves_of_rigid, waves_of_ring
+from hpcwhirl.dynamics.waves.free_motion import FreeMotion
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
@@ -126,6 +127,10 @@ class Integrator(ABC):
             computed
         now : interval that begins, in which the speed is taken as constant
         """
+
+    def free(self) -> FreeMotion | None:
+        """Return the motion without contact in closed form; None if there is none."""
+        return None
 
     def release(self, state: Any, places: Floats, steps: int) -> None:
         """Let go of a casing held in a shape: add the shape to a state's motion.

@@ -28,6 +28,8 @@ from hpcwhirl.dynamics.schemes.integrator import (
     unfold,
     with_space,
 )
+from hpcwhirl.dynamics.waves.free_motion import FreeMotion
+from hpcwhirl.dynamics.waves.free_waves import free_points
 from hpcwhirl.dynamics.waves.point_arrays import TurningCasing, point_arrays
 from hpcwhirl.dynamics.waves.point_waves import PointWaves, point_waves, real_rows
 from hpcwhirl.dynamics.waves.slots import ring_turned
@@ -164,6 +166,16 @@ class BothAsWaves(Integrator):
         energy = self.balance(state).energy
         state.ledger[contact.PULSE] = state.sums_b[2] = energy
         return True
+
+    def free(self) -> FreeMotion | None:
+        """Return the waves in free motion; None if supports exert forces at the centre.
+
+        Such supports differ by direction or have a film: waves of the rotor without
+        them do not move by factors.
+        """
+        if len(self.arrays.rotor.support.which):
+            return None
+        return free_points(self.reads)
 
     @cached_property
     def _turning(self) -> TurningCasing:

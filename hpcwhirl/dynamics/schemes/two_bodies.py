@@ -15,7 +15,7 @@ import numpy as np
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import share_at_start, steady_at
 from hpcwhirl.dynamics.bodies.motion import (
-    FreeSteps,
+    CentralSteps,
     Motion,
     Steps,
     check_sizes,
@@ -111,7 +111,7 @@ def modal_coordinates(body: ModalModel | None, step: float) -> Coordinates:
     body : modes without terms of rotation; None for a rigid casing, which has none
     step : dt, s, of the time integration
     """
-    steps = modal_steps(body, step, exact=False)
+    steps = modal_steps(body, step)
     if body is None:
         return Coordinates(steps, NONE, lambda: NONE, np.zeros(0))
     shapes = body.shapes
@@ -130,7 +130,7 @@ def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinate
     size = len(still)
     keep, pull = (part.T[:size, :size] for part in (body.keep, body.pull))
     same = np.eye(size)
-    steps = steps_on(body.stand, FreeSteps(keep, pull, step))
+    steps = steps_on(body.stand, CentralSteps(keep, pull, step))
     return Coordinates(steps, same, lambda: same, still, whole=True)
 
 

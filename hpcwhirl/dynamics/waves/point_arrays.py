@@ -112,7 +112,7 @@ class Reads:
     friction: float
     slots: Slots | None = None
 
-    def read(self, rotor: Floats, casing: Floats) -> Complexes:
+    def by_waves(self, rotor: Floats, casing: Floats) -> Complexes:
         """Return r displacements for unit amplitudes of the waves, (r, waves).
 
         rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
@@ -123,7 +123,7 @@ class Reads:
 
     def at_centre(self) -> Complexes:
         """Return x_o and y_o for unit amplitudes of the waves, (2, waves)."""
-        return self.read(self.hub, np.zeros((2, self.w.shape[1])))
+        return self.by_waves(self.hub, np.zeros((2, self.w.shape[1])))
 
     def moved(self, rotor: Floats, casing: Floats) -> Complexes:
         """Return how r displacements change from step n - 1 to n + 1, (r, waves).
@@ -242,7 +242,7 @@ class Reads:
         waves = self.waves
         bodies = waves.rotor, waves.casing, waves.steady
         turned = np.concatenate([body.ahead for body in bodies])
-        most = drift_of(self.read(self.out, self.w), turned)
+        most = drift_of(self.by_waves(self.out, self.w), turned)
         ahead, drift = (np.zeros(waves.half, dtype=t) for t in (complex, float))
         ahead[waves.index], drift[waves.index] = turned, most
         rush = np.abs(self.push()) @ most
@@ -263,7 +263,7 @@ class Reads:
         The rows that give the gaps end with the last amplitude that moves a point.
         """
         spread, out, side = self.waves.spread, self.out, self.side
-        both = (self.read(rotor, c) for rotor, c in ((out, self.w), (side, self.u)))
+        both = (self.by_waves(rotor, c) for rotor, c in ((out, self.w), (side, self.u)))
         read, slide = map(spread, both)
         last = int(np.flatnonzero(read.any(axis=0) | slide.any(axis=0)).max(initial=0))
         size, apart = max(_padded(last + 1), self.waves.half), self._apart()
@@ -288,8 +288,8 @@ class Reads:
         if move is None:
             return None
         own = BladeRows(
-            self.read(self.out, self.w), self.read(self.side, self.u), self.before(),
-            self.push()[: len(self.out)], move, self.friction,
+            self.by_waves(self.out, self.w), self.by_waves(self.side, self.u),
+            self.before(), self.push()[: len(self.out)], move, self.friction,
         )  # fmt: skip
         if not own.by_rows().all():
             return None
@@ -333,8 +333,8 @@ class Reads:
         if move is None:
             return None
         blade = BladeRows(
-            turned.read(self.out, self.w)[:each],
-            turned.read(self.side, self.u)[:each],
+            turned.by_waves(self.out, self.w)[:each],
+            turned.by_waves(self.side, self.u)[:each],
             turned.before()[:each], push[:each], move, self.friction,
         )  # fmt: skip
         slots = slots_of(blades, diameter, blade)
@@ -357,7 +357,7 @@ class Reads:
         are (2 P, waves), two rows for each point.
         """
         both = [
-            self.read(rotor, casing)
+            self.by_waves(rotor, casing)
             for rotor, casing in ((self.out, self.w), (self.side, self.u))
         ]
         return np.stack(both, axis=1).reshape(2 * len(self.out), -1)
@@ -434,7 +434,7 @@ def point_arrays(model: Model, scene: Scene, waves: PointWaves) -> tuple[Arrays,
     waves, points = own.waves, model.contacts
     still, kick = np.zeros_like(own.w), _pulse_rows(model, scene)
     none, reach = np.zeros((2, own.out.shape[1])), np.zeros(waves.half)
-    outward, along = (own.read(-rows, still) for rows in (own.out, own.side))
+    outward, along = (own.by_waves(-rows, still) for rows in (own.out, own.side))
     reach[waves.index] = np.hypot(np.abs(outward), np.abs(along)).max(axis=0)
     (steps, drift, rush), spread = own.ahead(), waves.spread
     flat = (
@@ -467,7 +467,7 @@ class TurningCasing:
         size, points = len(waves.rotor.ahead), len(own.out)
         mine = slice(size, size + len(self.place))
         self.stood = own.stood
-        self.gaps = own.read(own.out, own.w)[:, mine]
+        self.gaps = own.by_waves(own.out, own.w)[:, mine]
         self.pushed = np.abs(own.push()[:points, mine])
         self.rush = rotor.rush - self.pushed @ rotor.drift[self.place]
 

@@ -18,11 +18,13 @@ from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
     ELEMENTS,
     FLUSH_EVERY,
+    FRICTION,
     JUDGED,
     NEXT_LOOK,
     NOWHERE,
     PULSE,
     RIGID,
+    ROTATION,
     RUNNING,
     SAMPLE,
     STEP,
@@ -134,6 +136,22 @@ def farthest(tips):
     for j in range(len(tips) - 1):
         most = max(most, math.hypot(tips[j, 0], tips[j, 1]))
     return most
+
+
+@part
+def book_forces(motion, mu, ledger):
+    """Enter the work of contact forces on a body in a step, J, in the ledger.
+
+    Its entries ROTATION and FRICTION grow by the work of the forces motion.normal and
+    mu motion.drag on the motion from step n - 1 to n + 1, halved.
+
+    motion, mu : `verbs.Motion`; friction with the sign of the speed
+    """
+    _, d, _, ahead, _, normal, drag = motion
+    for m in range(len(ahead)):
+        mean = 0.5 * (ahead[m] + d[m])
+        ledger[ROTATION] += normal[m] * mean
+        ledger[FRICTION] += mu * drag[m] * mean
 
 
 @part
@@ -274,8 +292,10 @@ def march_bodies(
                 opened[lost] = NOWHERE
             collect(rotor, b, lam, own, inward)
             collect(casing, c, lam, index, shape)
-            meet(rotor, b, mu, ledger)
-            meet(casing, c, mu, ledger)
+            meet(rotor, b, mu)
+            meet(casing, c, mu)
+            book_forces(b, mu, ledger)
+            book_forces(c, mu, ledger)
             book_contacts(
                 space.right, space.where, active, closing, touched, counter, ledger,
                 impulse, step,

@@ -27,10 +27,8 @@ from hpcwhirl.dynamics.kernels.compiled import by_numba, does, part
 from hpcwhirl.dynamics.kernels.contact import (
     BESIDE_X,
     BESIDE_Y,
-    FRICTION,
     OF_WHOLE,
     PULSE,
-    ROTATION,
 )
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
 from hpcwhirl.dynamics.kernels.oracle import modes
@@ -116,26 +114,22 @@ does(verbs.slide, CoupledBody)(modes.slide)
 
 @does(verbs.meet, CoupledBody)
 @part
-def meet(body, motion, mu, ledger):
-    """Add the effect of contact forces to a rotor's increments; enter their work, J.
+def meet(body, motion, mu):
+    """Add the effect of contact forces to a rotor's increments.
 
     The forces, motion.normal and mu motion.drag, change motion.ahead of the first
     body.own modes, block by block. They act neither on modes that represent a circle or
-    an ellipse nor on those of the motion without contact. motion.following is used as
-    work space.
+    an ellipse nor on those of the motion without contact: those of these modes are set
+    to 0. motion.following is used as work space.
 
-    mu, ledger : friction with the sign of the speed; its entries ROTATION and FRICTION
-        grow
+    mu : friction with the sign of the speed
     """
-    _, d, _, ahead, push, normal, drag = motion
-    push[:] = 0.0
-    for m in range(body.own):
+    _, _, _, ahead, push, normal, drag = motion
+    normal[body.own :] = 0.0
+    drag[body.own :] = 0.0
+    for m in range(len(push)):
         push[m] = normal[m] + mu * drag[m]
     apply_blocks(body.give, body.starts, push, 1.0, ahead)
-    for m in range(body.own):
-        mean = 0.5 * (ahead[m] + d[m])
-        ledger[ROTATION] += normal[m] * mean
-        ledger[FRICTION] += mu * drag[m] * mean
 
 
 @does(verbs.accept, CoupledBody)

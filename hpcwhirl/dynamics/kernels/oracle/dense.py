@@ -10,7 +10,6 @@ import numpy as np
 
 from hpcwhirl.dynamics.kernels import verbs
 from hpcwhirl.dynamics.kernels.compiled import by_numba, does, part
-from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
 from hpcwhirl.dynamics.kernels.kernel_types import DenseBody
 
 
@@ -147,25 +146,20 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, DenseBody)
 @part
-def meet(body, motion, mu, ledger):
-    """Add the effect of contact forces to a body's increments; enter their work, J.
+def meet(body, motion, mu):
+    """Add the effect of contact forces to a body's increments.
 
     The forces, motion.normal and mu motion.drag, N, change motion.ahead.
 
-    mu, ledger : friction with the sign of the speed; its entries ROTATION and FRICTION
-        grow
+    mu : friction with the sign of the speed
     """
     inverse = body.inverse
-    _, d, _, ahead, _, normal, drag = motion
+    _, _, _, ahead, _, normal, drag = motion
     for c in range(len(ahead)):
         force = normal[c] + mu * drag[c]
         if force != 0.0:
             for r in range(len(ahead)):
                 ahead[r] += inverse[c, r] * force
-    for i in range(len(ahead)):
-        mean = 0.5 * (ahead[i] + d[i])
-        ledger[ROTATION] += normal[i] * mean
-        ledger[FRICTION] += mu * drag[i] * mean
 
 
 @does(verbs.accept, DenseBody)

@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, rare
-from hpcwhirl.dynamics.kernels.contact import IMPACT, ROTATION, WEAR, complementarity
+from hpcwhirl.dynamics.kernels.contact import WEAR, book_impact, complementarity
 
 # rows of `worn` in the state: worn depth, m; work of wear and of the rotation, J
 DEPTH, WORK, CUT = 0, 1, 2
@@ -286,8 +286,7 @@ def turn(work, worn, rod, ledger):
     work, rod : J, < 0 if the rod returns it; number of the rod
     """
     worn[CUT, rod] += work
-    ledger[IMPACT] += work
-    ledger[ROTATION] += work
+    book_impact(work, ledger)
 
 
 @rare

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels import verbs
 from hpcwhirl.dynamics.kernels.compiled import does, part
-from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
 from hpcwhirl.dynamics.kernels.kernel_types import ModalBody
 
 
@@ -163,22 +162,17 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, ModalBody)
 @part
-def meet(body, motion, mu, ledger):
-    """Add the effect of contact forces to the modes' increments; enter their work, J.
+def meet(body, motion, mu):
+    """Add the effect of contact forces to the modes' increments.
 
     The modal forces, motion.normal and mu motion.drag, change motion.ahead.
 
-    mu, ledger : friction with the sign of the speed; its entries ROTATION and FRICTION
-        grow
+    mu : friction with the sign of the speed
     """
     give = body.give
-    _, d, _, ahead, _, normal, drag = motion
+    _, _, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):
         ahead[m] += give[m] * (normal[m] + mu * drag[m])
-    for m in range(len(ahead)):
-        mean = 0.5 * (ahead[m] + d[m])
-        ledger[ROTATION] += normal[m] * mean
-        ledger[FRICTION] += mu * drag[m] * mean
 
 
 @does(verbs.accept, ModalBody)
