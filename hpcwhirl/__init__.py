@@ -66,8 +66,17 @@ def __getattr__(name: str) -> Any:
     if name == "campaign":  # a callable package
         return importlib.import_module("hpcwhirl.campaign")
     if name in _HOMES:
-        return getattr(importlib.import_module(_HOMES[name]), name)
+        home = importlib.import_module(_HOMES[name])
+        if name == "simulate":  # `Result.plot` draws by a room above its own
+            home.draw_results_by(_draw)
+        return getattr(home, name)
     raise AttributeError(f"module 'hpcwhirl' has no attribute '{name}'")
+
+
+def _draw(result: Any, *, transient: bool) -> Any:
+    from hpcwhirl.report.accessor import plot_result
+
+    return plot_result(result, transient=transient)
 
 
 def __dir__() -> list[str]:

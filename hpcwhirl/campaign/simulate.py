@@ -106,10 +106,10 @@ class Result:
         InputError
             if no orbit was kept, as with traces = "summary"
         """
-        import importlib  # the room `report` may not be imported here
-
-        draw = importlib.import_module("hpcwhirl.report.accessor").plot_result
-        return draw(self, transient=transient)
+        if not _DRAWN_BY:
+            msg = "results are drawn by hpcwhirl.report: take simulate from hpcwhirl"
+            raise InputError(msg)
+        return _DRAWN_BY[-1](self, transient=transient)
 
     def _repr_html_(self) -> str:
         """Return words and numbers of the case as an HTML table, for a notebook."""
@@ -122,6 +122,17 @@ class Result:
         ]
         told = "".join(f"<p>{escape(note)}</p>" for note in self.notes)
         return f"<table>{''.join(lines)}</table>{told}"
+
+
+_DRAWN_BY: list[Callable[..., Any]] = []  # what `draw_results_by` has registered
+
+
+def draw_results_by(draw: Callable[..., Any]) -> None:
+    """Register how a result is drawn: rooms above this one draw pictures.
+
+    draw : takes a `Result` and `transient`, returns axes
+    """
+    _DRAWN_BY.append(draw)
 
 
 def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> Result:

@@ -146,7 +146,7 @@ def test_what_is_no_number_is_a_reason(given, why, tmp_path):
     one = {**TABLES, "sweep": {"speed": [410.0]}}
     told = {"one": "1"}
     with hpcwhirl.campaign(
-        one, tmp_path / "out", measure=lambda _: given, variables=told
+        one, tmp_path / "out", measure=lambda _: given, variables=told, version=1
     ) as data:
         assert why in data.measure_message.item()
         assert np.isnan(data.one.item())
@@ -197,17 +197,20 @@ def test_other_variables_than_it_was_begun_with_are_refused(measured, tmp_path, 
 def test_another_function_is_refused_and_its_numbers_are_not_taken(tmp_path, capsys):
     """In a notebook a function is changed and the cell is run again."""
 
-    def measure(factor):
-        return lambda case: {"one": factor * float(case.speed)}
+    def plain(case):
+        return {"one": float(case.speed)}
+
+    def larger(case):
+        return {"one": 1000.0 * float(case.speed)}
 
     told = {"out": tmp_path / "out", "variables": {"one": "1"}}
-    with hpcwhirl.campaign(TABLES, measure=measure(1.0), **told):
+    with hpcwhirl.campaign(TABLES, measure=plain, **told):
         pass
     with pytest.raises(InputError, match=r"numbers of another measure.*fresh=True"):
-        hpcwhirl.campaign(TABLES, measure=measure(1000.0), **told)
-    with hpcwhirl.campaign(TABLES, measure=measure(1.0), **told) as same:
+        hpcwhirl.campaign(TABLES, measure=larger, **told)
+    with hpcwhirl.campaign(TABLES, measure=plain, **told) as same:
         assert same.one.to_numpy().tolist() == [300.0, 410.0]
-    again = {"measure": measure(1000.0), "fresh": True}
+    again = {"measure": larger, "fresh": True}
     with hpcwhirl.campaign(TABLES, **again, **told) as fresh:
         assert fresh.one.to_numpy().tolist() == [300e3, 410e3]
     assert "gave no numbers" not in capsys.readouterr().err
@@ -468,7 +471,11 @@ def test_a_measure_that_changes_how_numbers_round_changes_no_bit(
         try:
             rounding = mathematics.fegetround()
             with hpcwhirl.campaign(
-                TABLES, tmp_path / str(number), measure=spoiling, variables=UNITS
+                TABLES,
+                tmp_path / str(number),
+                measure=spoiling,
+                variables=UNITS,
+                version=1,
             ) as data:
                 assert (data.status == "ok").all()
             assert mathematics.fegetround() == rounding
@@ -508,7 +515,9 @@ def test_a_campaign_within_its_own_measure_is_refused_at_once(tmp_path):
         hpcwhirl.campaign(TABLES, out)
         return {"x": float(case.speed)}
 
-    with hpcwhirl.campaign(TABLES, out, measure=nested, variables={"x": "1"}) as data:
+    with hpcwhirl.campaign(
+        TABLES, out, measure=nested, version=1, variables={"x": "1"}
+    ) as data:
         (why,) = set(data.measure_message.to_numpy().tolist())
         assert "is being computed by this process already" in why
         assert (data.status == "ok").all()
@@ -553,7 +562,7 @@ def two_ranks(tmp_path, **words):
 @pytest.mark.parametrize(
     ("more", "why"),
     [
-        ("", "its code, or a value that it uses, differs"),
+        ("", "its place in the source file differs"),
         (", version=rank", "its version differs"),
     ],
 )
