@@ -74,9 +74,10 @@ def __getattr__(name: str) -> Any:
 
 
 def _draw(result: Any, *, transient: bool) -> Any:
-    from hpcwhirl.report.accessor import plot_result
+    import importlib
 
-    return plot_result(result, transient=transient)
+    accessor = importlib.import_module("hpcwhirl.report.accessor")
+    return accessor.plot_result(result, transient=transient)
 
 
 def __dir__() -> list[str]:
