@@ -105,6 +105,15 @@ def steady_at(model: Model, scene: Scene, time: float) -> Floats:
     return np.asarray(places + (swung * cmath.exp(2j * scene.speed * time)).real)
 
 
+def exact_steady(model: Model, scene: Scene) -> tuple[Floats, Complexes]:
+    """Return (circle, swing) of an unbalanced rotor without an error of time steps.
+
+    `swing` is 0 on supports that are the same in all directions. See `circle`, which
+    has the steady motion of the scene's scheme, for coordinates and errors.
+    """
+    return _circle(model, force_of(scene), scene.speed, 0.0)
+
+
 def _steady(model: Model, scene: Scene) -> tuple[Floats, Complexes]:
     speed, step = scene.speed, scene.solver.time_step
     return _circle(model, force_of(scene), speed, step)

@@ -38,6 +38,7 @@ COMMANDS = {
     "manual": "show a page of the manual, or list the pages",
     "inputs": "list inputs and presets: default, unit, allowed values, meaning",
     "model": "print modal table, critical speeds and time-step limits of an engine",
+    "response": "compute the response to an unbalance over the speed, without contact",
     "tradeoff": "measure the error and cost of solver inputs against a finer run",
     "bench": "measure the time of a step and of a case on this core",
     "import-model": "reduce finite-element matrices M and K to an engine file",

@@ -53,6 +53,7 @@ TELL = {
     "manual",
     "margin",
     "model",
+    "response",
     "status",
 }
 TELLING = {"-h", "--help", "--version", "--dry-run", "--example"}  # so do these options

@@ -1,0 +1,85 @@
+"""Response to an unbalance over the speed: amplitude, lag and force at the supports."""
+
+from __future__ import annotations
+
+import cmath
+from typing import Any
+
+import numpy as np
+
+from hpcwhirl.analysis.response import Steady
+from hpcwhirl.analysis.response_study import Study
+from hpcwhirl.case.unbalance import force_of
+from hpcwhirl.report.canvas import axis_of, legend_below, new_figure
+from hpcwhirl.scene import Scene, title_of
+from hpcwhirl.scene.units import in_shown, shown_in
+
+LOOKS = {"centre": ("#0072B2", "-", 2.4), "tips": ("#009E73", "--", 1.2)}
+SHOWN = 1e-4  # least amplitude shown / largest
+FORCE, ROOM = "#CC79A7", "#D55E00"
+TOLD = 3  # largest number of peaks whose amplification factor is written
+
+
+def draw_response(found: Study) -> Any:
+    """Return the Bode diagram of a response: amplitudes, lag of the centre, force."""
+    figure, (size, lag, force) = new_figure(
+        (9.5, 8.0), 3, sharex=True, height_ratios=(3, 1.4, 1.6)
+    )
+    speeds = np.array([one.speed for one in found.points])
+    _amplitudes(size, found, speeds)
+    shown = [_lag(found.scene, one) for one in found.points]
+    lag.plot(speeds, shown, "-", c=LOOKS["centre"][0])
+    lag.set(ylabel="lag of the\ncentre, degrees", yticks=range(-180, 361, 90))
+    lag.set_ylim(min(shown) - 10, max(shown) + 10)
+    unit, factor = shown_in("N")
+    sizes = factor * np.array([one.size("supports") for one in found.points])
+    force.semilogy(speeds, sizes, c=FORCE, ls="-.", label="force on the supports")
+    force.set_ylim(SHOWN * sizes.max(), 5.0 * sizes.max())
+    force.set(xlabel=axis_of("speed"), ylabel=f"force on the\nsupports, {unit}")
+    for axes in (size, lag, force):
+        told = "operating speeds" if axes is size else None
+        axes.axvspan(*found.operating, fc="#EEEEEE", ec="#999999", lw=0.5, zorder=0,
+                     label=told)  # fmt: skip
+        axes.set_xlim(0.0, speeds[-1])
+    name = title_of(found.scene.engine.name, found.scene.engine.file)
+    moment = f"{found.scene.unbalance:.4g} kg m"
+    size.set_title(f"{name}: response to {moment} without contact", parse_math=False)
+    legend_below(figure, size, force)
+    return figure
+
+
+def _amplitudes(axes: Any, found: Study, speeds: Any) -> None:
+    """Draw amplitudes of centre and tips with the clearance, peaks with their AF."""
+    unit, factor = shown_in("m")
+    top = 0.0
+    for place, (colour, line, width) in LOOKS.items():
+        sizes = factor * np.array([one.size(place) for one in found.points])
+        axes.semilogy(speeds, sizes, line, c=colour, lw=width,
+                      label=f"amplitude, {place}")  # fmt: skip
+        top = max(top, float(sizes.max()))
+    rooms = np.array([one.room for one in found.points])
+    axes.semilogy(speeds, factor * np.where(rooms > 0.0, rooms, np.nan), ":", c=ROOM,
+                  lw=1.5, label="clearance")  # fmt: skip
+    for number, (low, high) in enumerate(found.bands(1.0)):
+        axes.axvspan(low, high, fc="none", ec=ROOM, hatch="///", lw=0, alpha=0.5,
+                     label=None if number else "the tips touch")  # fmt: skip
+    highest = sorted(found.peaks["centre"], key=lambda peak: -peak.amplitude)[:TOLD]
+    for peak in highest:
+        af = peak.amplification
+        told = "" if af is None else f"\nAF {af:.3g}"
+        axes.plot(peak.speed, factor * peak.amplitude, "o", c="black", mfc="white")
+        axes.annotate(in_shown(peak.speed, "rad/s", 4) + told,
+                      (peak.speed, factor * peak.amplitude), (8, -4), va="top",
+                      textcoords="offset points", fontsize=8)  # fmt: skip
+    top = max(top, factor * float(rooms.max()))
+    axes.set(ylabel=f"amplitude, {unit}", ylim=(SHOWN * top, 5.0 * top))
+
+
+def _lag(scene: Scene, one: Steady) -> float:
+    """Return how far the centre's forward motion lags the unbalance, degrees.
+
+    It is between -90 and 270, so that a passage through 180 is no jump.
+    """
+    turned = force_of(scene) * one.centre[0].conjugate()
+    degrees = float(np.degrees(cmath.phase(turned)))
+    return degrees if degrees >= -90.0 else degrees + 360.0
