@@ -157,8 +157,9 @@ def check_supports(model: Model, scene: Scene) -> None:
     spin, scheme = model.rotor.spin, scene.solver.scheme
     if spin is None:
         return
-    if isinstance(spin.support, Bearing):
-        _check_range(spin.support, extremes(scene))
+    for own in (spin.support, *(one.support for one in spin.stations)):
+        if isinstance(own, Bearing):
+            _check_range(own, extremes(scene))
     if spin.support.is_plain:
         return
     own = spin.support.at(scene.speed)

@@ -146,6 +146,9 @@ def _stiffness(model: Model, speed: float, chosen: Indices) -> Floats:
     if has_centre(rotor, model.blades):
         hub = centre_rows(rotor, model.blades)[:, chosen]
         out += spin.support.at(speed).turning(speed).real * (hub.T @ hub)
+    for one in spin.stations:
+        rows = one.rows @ shapes
+        out += one.support.at(speed).turning(speed).real * (rows.T @ rows)
     return np.asarray((out + out.T) / 2)
 
 

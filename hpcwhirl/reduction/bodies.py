@@ -84,6 +84,8 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
         return with_ratio(model, suspended, rotor.suspension_damping)
     if rotor.bearing:
         return _borne(model, rotor)
+    if rotor.has_line:  # its supports have dampers of their own
+        return _supported(model, rotor, 0.0)
     ratios = rotor.damping, rotor.suspension_damping
     return _supported(model, rotor, standing_damping(model, rotor.blades, *ratios))
 

@@ -7,6 +7,7 @@ diameter, by frequency, from 0.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -51,15 +52,17 @@ def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
 
     A rank is a mode's index among those of diameter k. The suspension is the mode with
     more than half of its strain energy in the shaft's springs; a disk that tilts on its
-    shaft has two such modes, and the higher one is called conical. Other modes are
-    counted by rank. If the shares of strain energy are unknown, all families are
-    `UNKNOWN`.
+    shaft has two such modes, and the higher one is called conical; those of a shaft
+    with mass that are higher still are S3, S4, .... Other modes are counted by rank. If
+    the shares of strain energy are unknown, all families are `UNKNOWN`.
     """
     modes = np.flatnonzero(model.diameter == k)
     if np.isnan(model.centre_share[modes]).any():
         return dict.fromkeys(model.rank[modes].tolist(), UNKNOWN)
     held = modes[model.centre_share[modes] > SUSPENSION_SHARE]
-    names = dict(zip(sorted({int(r) for r in model.rank[held]}), HELD, strict=False))
+    ranks = sorted({int(r) for r in model.rank[held]})
+    more = (f"S{place}" for place in itertools.count(len(HELD) + 1))
+    names = dict(zip(ranks, itertools.chain(HELD, more), strict=False))
     ranks = sorted({int(rank) for rank in model.rank[modes]} - names.keys())
     return names | {rank: f"{place}F" for place, rank in enumerate(ranks, 1)}
 

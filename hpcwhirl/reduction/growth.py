@@ -420,6 +420,8 @@ class _Uneven:
         self.damping = np.diag(2 * model.ratios * model.omega)
         if model.unheld is not None:
             self.damping = unheld_rates(model.ratios, model.omega, model.unheld)
+        if spin.material is not None:
+            self.damping = self.damping + shapes.T @ spin.material @ shapes
         self.hub = centre_rows(model, blades)
         self.coriolis, self.stiffening = (
             shapes.T @ matrix @ shapes for matrix in (spin.coriolis, spin.stiffening)
@@ -446,7 +448,14 @@ class _Uneven:
             stiffness += speed**4 * self.quartic
         rate += hub.T @ planar(own.damping) @ hub
         stiffness += held.real * hub.T @ hub
-        return rate, stiffness, hub.T @ planar(1j * held.imag) @ hub
+        push = hub.T @ planar(1j * held.imag) @ hub
+        for one in self.model.terms.stations:
+            own, rows = one.support.at(speed), one.rows @ self.model.shapes
+            held = own.turning(speed)
+            rate += rows.T @ planar(own.damping) @ rows
+            stiffness += held.real * rows.T @ rows
+            push += rows.T @ planar(1j * held.imag) @ rows
+        return rate, stiffness, push
 
     def _few(self, speed: float) -> tuple[Floats, Floats]:
         """Return G and K + S of the amplitudes of `basis`, (r, r)."""

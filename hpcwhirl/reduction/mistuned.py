@@ -15,7 +15,13 @@ from scipy.linalg import eigh
 from hpcwhirl.arrays import Floats, Indices, Integers
 from hpcwhirl.reduction import modes
 from hpcwhirl.reduction.cyclic_coordinates import diameter_shares, diameters, dominant
-from hpcwhirl.reduction.supports import energy_in_shaft, planar, turning_tilt, with_tilt
+from hpcwhirl.reduction.supports import (
+    coordinates_of,
+    energy_in_shaft,
+    planar,
+    turning_mount,
+    with_mount,
+)
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 FORWARD = planar(1j)
@@ -196,38 +202,48 @@ def whole_model(
         basis.T @ full @ basis for full in (structure.mass, structure.stiffness)
     )
     mass, stiffness = (mass + mass.T) / 2, (stiffness + stiffness.T) / 2
-    blades, tilt, reach = structure.sectors, structure.tilt, math.inf
+    blades, mount, reach = structure.sectors, structure.mount, math.inf
     if rotation is not None:
         reach = modes.highest_of(mass, stiffness, len(boundary) + eta)
     centre = 2 * blades + np.arange(2)
-    if tilt is not None:
-        mass, stiffness = with_tilt(tilt, centre, FORWARD, mass, stiffness)
+    if mount is not None:
+        mass, stiffness = with_mount(mount, centre, FORWARD, mass, stiffness)
     omega, shapes = modes_of(mass, stiffness)
-    hub = shapes[2 * blades : 2 * blades + len(structure.centre)]
-    springs = energy_in_shaft(tilt, structure.centre_stiffness, hub, shapes[-2:])
+    moved = shapes[2 * blades : 2 * blades + len(structure.centre)]
+    if mount is not None:
+        moved = shapes[coordinates_of(mount, centre, len(mass))]
+    springs = energy_in_shaft(mount, structure.centre_stiffness, moved)
     share = springs / np.maximum(omega**2, np.finfo(float).tiny)
-    spin = None
-    if rotation is not None:
-        turns, stiff = (
-            basis.T @ full @ basis
-            for full in (rotation.coriolis, rotation.stiffening - structure.mass)
-        )
-        terms = turns, stiff, basis.T @ rotation.load
-        if tilt is not None:
-            terms = turning_tilt(tilt, FORWARD, *terms)
-        turns, stiff, load = terms
-        places = (len(mass) - 2, len(mass) - 1) if tilt else ()
-        parts = (turns - turns.T) / 2, (stiff + stiff.T) / 2, load
-        released = basis.T @ rotation.released
-        released = np.append(released, np.zeros(len(load) - len(released)))
-        swing = np.zeros(len(load))
-        swing[: basis.shape[1]] = basis.T @ rotation.swing
-        spin = modes.Spin(
-            *parts, tilt=places, released=released if released.any() else None,
-            swing=swing,
-        )  # fmt: skip
+    spin = None if rotation is None else _spin(structure, rotation, basis)
     no_name = np.zeros(len(omega), dtype=np.int64)
-    return modes.ModalModel(
+    model = modes.ModalModel(
         mass, stiffness, shapes, omega, no_name, no_name, no_name, share, damping,
         kept=len(mass) - len(boundary), cyclic=False, spin=spin, reach=reach,
+    )  # fmt: skip
+    return modes.on_mount(model, mount, blades, 1.0)
+
+
+def _spin(structure: CyclicStructure, rotation: Rotation, basis: Floats) -> modes.Spin:
+    """Return the terms of rotation of a rotor reduced by a basis, and of its shaft.
+
+    structure, rotation, basis : sectors and centre; matrices of the rotor's rotation;
+        (n, m)
+    """
+    mount, centre = structure.mount, 2 * structure.sectors + np.arange(2)
+    turns, stiff = (
+        basis.T @ full @ basis
+        for full in (rotation.coriolis, rotation.stiffening - structure.mass)
+    )
+    terms = turns, stiff, basis.T @ rotation.load
+    if mount is not None:
+        terms = turning_mount(mount, centre, FORWARD, *terms)
+    turns, stiff, load = terms
+    more = 2 * mount.more if mount else 0
+    released, swing = np.zeros((2, len(load)))
+    released[: basis.shape[1]] = basis.T @ rotation.released
+    swing[: basis.shape[1]] = basis.T @ rotation.swing
+    return modes.Spin(
+        (turns - turns.T) / 2, (stiff + stiff.T) / 2, load,
+        tilt=tuple(range(len(load) - more, len(load))),
+        released=released if released.any() else None, swing=swing,
     )  # fmt: skip

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -30,12 +30,13 @@ from hpcwhirl.reduction.cyclic_coordinates import (
     spread,
 )
 from hpcwhirl.reduction.points import Stress, TipPoints
-from hpcwhirl.structure import CyclicStructure, Rotation
+from hpcwhirl.structure import CyclicStructure, Mount, Rotation
 
 Added = tuple[Complexes, Complexes, Complexes]
 REACH = 2.0  # reference speed that extends a basis / first natural frequency
 BACKWARD = np.array([[-1j]])  # turns conj(x + i y) by 90 degrees, anticlockwise
 NONE = np.zeros((0, 0))
+NO_ROWS = np.zeros((0, 0), dtype=np.complex128)
 ROUND_OFF = 1e-12  # omega^2, relative to the largest, of a rotor's free translation
 SUSPENSION_SHARE = 0.5  # least share of strain energy in the springs of the suspension
 
@@ -71,6 +72,8 @@ class SpinBlock:
     hub : (m,), z_o of each mode, the complex displacement of the centre, x_o + i y_o =
         conj(z_o); zero if the centre does not move
     coriolis, stiffening, quartic : (m, m), see `Spin`; the first is skew-Hermitian
+    stations : (s, m), displacement of each of the shaft's supports elsewhere, as `hub`
+    material : (m, m), 1/s, damping of the shaft's material; None: 0
     """
 
     k: int
@@ -81,6 +84,8 @@ class SpinBlock:
     coriolis: Complexes
     stiffening: Complexes
     quartic: Complexes | None = None
+    stations: Complexes = field(default_factory=lambda: NO_ROWS)
+    material: Complexes | None = None
 
     @property
     def multiplicity(self) -> int:
@@ -105,7 +110,10 @@ class Spin:
     waves : modes and terms of rotation of each nodal diameter; empty for unequal
         sectors, and for one or two sectors
     support : supports of the centre that the stiffness matrix does not include
-    tilt : indices of the tilt's coordinates, if the disk tilts
+    stations : supports of the shaft elsewhere; their springs at rest are in the
+        stiffness matrix
+    material : D_i (n, n), N s/m, damping of the shaft's material; None: 0
+    tilt : indices of the shaft's further coordinates, if the disk tilts
     released : (n,), kg m, the pull of a lost blade with opposite sign; None: none is
         lost
     swing : F_e (n,), kg m; a changing speed adds the force -F_e dOmega/dt; None:
@@ -118,6 +126,8 @@ class Spin:
     quartic: Floats | None = None
     waves: tuple[SpinBlock, ...] = ()
     support: supports.Support | supports.Bearing = supports.ROUND
+    stations: tuple[supports.Station, ...] = ()
+    material: Floats | None = None
     tilt: tuple[int, ...] = ()
     released: Floats | None = None
     swing: Floats | None = None
@@ -152,9 +162,10 @@ class ModalModel:
     centre_share : (m,), share of the strain energy in the shaft's springs; NaN if the
         shapes of a rotor from file do not determine the springs, see `supports`
     damping : modal damping ratio xi, one for all modes or (m,)
-    unheld : (2, m), sqrt(k_o) times the centre's motion in each mode, 1/s, where the
-        ratio, one for all modes, is that of the rotor without the springs k_o in K;
-        None: the springs count, and the modes are those of the damping, too
+    unheld : (2 r, m), 1/s, h where the ratio, one for all modes, is that of the rotor
+        without the part h^T h of the stiffness in its modes: sqrt(k_o) times the
+        centre's motion x_o, y_o for springs k_o in K, r rows in x, y for a shaft; None:
+        all of K counts, and the modes are those of the damping, too
     kept : number of fixed-interface modes actually kept (pairs are never split)
     cyclic : whether all sectors are the same, so that diameter, rank and phase are
         exact
@@ -241,8 +252,7 @@ def unheld_rates(ratios: Floats, omega: Floats, held: Any) -> Any:
     Parameters
     ----------
     ratios, omega : (m,), xi, the same for all modes; rad/s, with the springs
-    held : h, (2, m) of real modes, (1, m) of complex ones: sqrt(k_o) times the
-        displacement of the centre in each mode
+    held : h, (2 r, m) of real modes, (r, m) of complex ones, see `ModalModel.unheld`
     """
     squares, shapes = np.linalg.eigh(np.diag(omega**2) - held.conj().T @ held)
     squares[squares < ROUND_OFF * squares.max()] = 0.0
@@ -457,12 +467,12 @@ def _blocks(
                 added = _reduced(basis, mass, added)
             mass = basis.conj().T @ mass @ basis
             stiffness = basis.conj().T @ stiffness @ basis
-        if structure.tilt is not None and k == 1:
+        if structure.mount is not None and k == 1:
             size = structure.sector_size if eta is None else len(structure.boundary)
-            own = structure.tilt, np.array([size])
-            mass, stiffness = supports.with_tilt(*own, BACKWARD, mass, stiffness)
+            own = structure.mount, np.array([size]), BACKWARD
+            mass, stiffness = supports.with_mount(*own, mass, stiffness)
             if added is not None:
-                added = supports.turning_tilt(structure.tilt, BACKWARD, *added)
+                added = supports.turning_mount(*own, *added)
         if simple:
             squared, modes = eigh(stiffness.real, mass.real)
         else:
@@ -553,10 +563,11 @@ def _centre_share(piece: Block, structure: CyclicStructure, kept: int) -> Floats
 
     piece, kept : block of a nodal diameter; number of a sector's DoF in it
     """
-    hub = piece.modes[kept : kept + centre_width(structure, piece.k)]
-    tilt = structure.tilt if piece.k == 1 else None
-    own = tilt, structure.centre_stiffness
-    energy = supports.energy_in_shaft(*own, hub, piece.modes[-1:])
+    moved = piece.modes[kept : kept + centre_width(structure, piece.k)]
+    mount = structure.mount if piece.k == 1 else None
+    if mount is not None:
+        moved = np.vstack([moved, piece.modes[len(piece.modes) - mount.more :]])
+    energy = supports.energy_in_shaft(mount, structure.centre_stiffness, moved)
     return np.asarray(energy / np.maximum(piece.omega**2, np.finfo(float).tiny))
 
 
@@ -604,7 +615,7 @@ def assembled_spin(
 
     pieces : block of each nodal diameter, and matrix from its real to the physical
         coordinates
-    tilt : indices of the tilt's coordinates, if the disk tilts
+    tilt : indices of the shaft's further coordinates, if the disk tilts
     """
     if any(piece.load is None for piece, _ in pieces):
         return None
@@ -660,15 +671,16 @@ def modal_model(
             shapes.append(columns @ modes)
             labels.append(_labels(piece, share, phase))
         inner = len(piece.mass) - kept - centre_width(structure, piece.k)
-        if structure.tilt is not None and piece.k == 1:
-            tilt = start + inner - 1, start + 2 * inner - 1
+        if structure.mount is not None and piece.k == 1:
+            last = np.arange(inner - structure.mount.more, inner)
+            tilt = tuple((start + np.add.outer(last, [0, inner])).ravel().tolist())
         start += inner * piece.multiplicity
     omega, diameter, rank, phases, shares = map(
         np.concatenate, zip(*labels, strict=True)
     )
     order = np.lexsort((phases, rank, diameter, omega))
     mass, stiffness = assembled(pieces)
-    return ModalModel(
+    model = ModalModel(
         mass=mass,
         stiffness=stiffness,
         shapes=np.ascontiguousarray(np.hstack(shapes)[:, order]),
@@ -681,3 +693,39 @@ def modal_model(
         kept=size - physical,
         spin=assembled_spin(pieces, tilt),
     )
+    return on_mount(model, structure.mount, structure.sectors, -1.0)
+
+
+def on_mount(
+    model: ModalModel, mount: Mount | None, blades: int, sense: float
+) -> ModalModel:
+    """Return a rotor with the supports and the damping of a shaft line.
+
+    Its modal damping does not include the shaft's stiffness. A rotor on springs or on a
+    massless shaft is returned unchanged.
+
+    sense : sign of the coordinates' imaginary parts, which are y; the centre's is y_o
+    """
+    spin = model.spin
+    if mount is None or not mount.is_line or spin is None:
+        return model
+    x = np.r_[2 * blades, spin.tilt[::2]]
+    y = np.r_[2 * blades + 1, spin.tilt[1::2]]
+    signs = np.r_[1.0, np.full(mount.more, sense)]
+
+    def rows(own: Floats) -> Floats:  # (r, 1 + w) -> (r, 2, n)
+        out = np.zeros((len(own), 2, len(model.mass)))
+        out[:, 0, x], out[:, 1, y] = own, own * signs
+        return out
+
+    inner = np.zeros_like(model.mass)
+    inner[np.ix_(x, x)] = mount.damping
+    inner[np.ix_(y, y)] = mount.damping * np.outer(signs, signs)
+    stations = tuple(
+        supports.Station(row, supports.bearing_of(list(own.rows), own.springs))
+        for row, own in zip(rows(mount.rows), mount.supports, strict=True)
+    )
+    held = rows(mount.factor).reshape(-1, len(model.mass)) @ model.shapes
+    material = inner if inner.any() else None
+    own = replace(spin, stations=stations, material=material)
+    return replace(model, unheld=held, spin=own)

@@ -22,10 +22,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
-from hpcwhirl.reduction.supports import Bearing, Support
-from hpcwhirl.structure.shaft import NODE, ShaftLine, line_matrices
+from hpcwhirl.reduction.supports import Bearing, Support, bearing_of
+from hpcwhirl.structure.shaft import GROUND, NODE, ShaftLine, line_matrices
 
-GROUND = -1  # of `Held.to`
 STILL = 1e-9  # frequency relative to the root, |Im s| / |s|, that counts as 0
 ROUND_OFF = 1e-14  # frequency relative to the largest root that counts as 0
 SPEEDS = 101  # speeds of a search for critical speeds
@@ -53,6 +52,13 @@ def at_node(node: int, support: Support | Bearing, pedestal: int = GROUND) -> He
         which the support stands, or `GROUND`
     """
     return Held(NODE * node, pedestal, support)
+
+
+def held_by(line: ShaftLine) -> tuple[Held, ...]:
+    """Return the supports that a shaft line has of itself."""
+    return tuple(
+        Held(own.at, own.to, bearing_of(list(own.rows), 0.0)) for own in line.supports
+    )
 
 
 @dataclass(frozen=True, eq=False)

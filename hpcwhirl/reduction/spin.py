@@ -23,6 +23,7 @@ from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.cyclic_coordinates import diameters, is_simple, spread
 from hpcwhirl.reduction.modes import (
+    NO_ROWS,
     SUSPENSION_SHARE,
     ModalModel,
     Spin,
@@ -74,9 +75,21 @@ def with_blocks(model: ModalModel, blades: int) -> ModalModel:
                 _block(turned.coriolis, members, skew=True),
                 _block(turned.stiffening, members),
                 None if quartic is None else _block(quartic, members),
+                _stations(spin, model, first) if k == 1 else NO_ROWS,
+                _block(turned.material, members)
+                if turned.material is not None and k == 1
+                else None,
             )
         )
     return replace(model, spin=replace(spin, waves=tuple(blocks)))
+
+
+def _stations(spin: Spin, model: ModalModel, modes: Indices) -> Complexes:
+    """Return the motion of the shaft's supports in first modes of pairs, (s, m)."""
+    rows = [own.rows @ model.shapes[:, modes] for own in spin.stations]
+    if not rows:
+        return NO_ROWS
+    return np.array([row[0] - 1j * row[1] for row in rows])
 
 
 def _modal(model: ModalModel, spin: Spin) -> Spin:
@@ -90,6 +103,7 @@ def _modal(model: ModalModel, spin: Spin) -> Spin:
         shapes.T @ spin.stiffening @ shapes,
         shapes.T @ spin.load,
         None if spin.quartic is None else shapes.T @ spin.quartic @ shapes,
+        material=None if spin.material is None else shapes.T @ spin.material @ shapes,
     )
 
 

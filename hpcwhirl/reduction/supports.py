@@ -34,9 +34,10 @@ F_t = -c_0 / (1 - eps^2)^{3/2} e phi', c_0 = pi mu R (L / c)^3.
 It has no stiffness. In terms of the velocity V of Z in the static frame, this is F =
 -c_m V - c_d (Z / c)^2 conj(V); c_0 is the damping of small motions about the middle.
 
-The tilt of a disk gives the reduced matrices of its rotor further coordinates, the last
-ones: the slopes phi_x, phi_y of the shaft at the disk or, in nodal diameter 1,
-conj(phi), as for the centre. See `structure.elements`.
+A shaft on which the disk tilts gives the reduced matrices of its rotor further
+coordinates, the last ones: the slopes phi_x, phi_y of the shaft at the disk or, in
+nodal diameter 1, conj(phi), as for the centre; then those of a shaft with mass. See
+`structure.mount`.
 
 If a rotor from file is held only by equal springs k_o at its centre, its response to a
 steady unit force at the centre is a rigid translation by 1 / k_o, which strains only
@@ -56,7 +57,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.reduction.numbers import zero_between
-from hpcwhirl.structure import Tilt
+from hpcwhirl.structure import Mount
 
 CLOSED = 0.99  # eps beyond which damping is taken as constant
 OFF = 0.1  # relative increase of the damping up to which c_0 is a fair approximation
@@ -246,6 +247,25 @@ def valid_up_to() -> tuple[float, float]:
     return along, math.sqrt(1.0 - (1.0 + OFF) ** (-2.0 / 3.0))
 
 
+@dataclass(frozen=True, eq=False)
+class Station:
+    """A support of the shaft at another place than the centre.
+
+    Attributes
+    ----------
+    rows : (2, n), its displacements x, y for unit coordinates of the rotor
+    support : springs and dampers, the same in all directions
+    """
+
+    rows: Floats
+    support: Bearing
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether its coefficients are the same at all speeds."""
+        return len(self.support.speeds) == 1
+
+
 ROUND = Support()  # only the springs in the rotor's matrix
 
 
@@ -313,63 +333,74 @@ def _check_places(moved: Complexes, angle: Floats) -> None:
             )
 
 
-def with_tilt(
-    tilt: Tilt, centre: Indices, turn: Any, mass: Any, stiffness: Any
+def with_mount(
+    mount: Mount, centre: Indices, turn: Any, mass: Any, stiffness: Any
 ) -> tuple[Any, Any]:
-    """Return a rotor's M and K with coordinates of the disk's tilt added at the end.
+    """Return a rotor's M and K with those of its shaft, whose coordinates are added.
 
-    From (n, n) they become (n + w, n + w): w is 2 for real slopes phi_x and phi_y, 1
-    for a complex one.
+    From (n, n) they become (n + r w, n + r w), r = len(turn): each of the shaft's w
+    further complex coordinates is one complex or two real ones.
 
     Parameters
     ----------
-    tilt : overhung shaft and inertia of the disk
-    centre : (w,), indices of the centre's coordinates
-    turn : (w, w), anticlockwise rotation by 90 degrees in these coordinates
+    mount : shaft of the disk
+    centre : (r,), indices of the centre's coordinates
+    turn : (r, r), anticlockwise rotation by 90 degrees in these coordinates
     """
-    held, n, same = _bordered(stiffness, turn), len(mass), np.eye(len(turn))
-    _, across, alone = tilt.stiffness
-    held[n:, n:] = alone * same
-    held[n:, centre] = across * same
-    held[centre, n:] = across * same
-    heavy = _bordered(mass, turn)
-    heavy[n:, n:] = tilt.about_diameter * same
-    return heavy, held
+    same = np.eye(len(turn))
+    held = _joined(stiffness, mount.stiffness, centre, same)
+    return _joined(mass, mount.mass, centre, same), held
 
 
-def turning_tilt(
-    tilt: Tilt, turn: Any, coriolis: Any, stiffening: Any, load: Any
+def turning_mount(
+    mount: Mount, centre: Indices, turn: Any, coriolis: Any, stiffening: Any, load: Any
 ) -> tuple[Any, Any, Any]:
-    """Return a rotor's terms of rotation with w coordinates of the disk's tilt added.
+    """Return a rotor's terms of rotation with those of its shaft.
 
-    They are C and K_1, (n + w, n + w), and F_c, (n + w,), see `Spin`.
-
-    tilt : overhung shaft and inertia of the disk
-    turn : (w, w), anticlockwise rotation by 90 degrees in the tilt's coordinates
+    They are C and K_1, (n + r w, n + r w), and F_c, (n + r w,), see `Spin` and
+    `with_mount`; parameters are those of `with_mount`.
     """
-    n = len(load)
-    turns, stiffens = _bordered(coriolis, turn), _bordered(stiffening, turn)
-    turns[n:, n:] = (tilt.about_diameter - tilt.polar / 2) * turn
-    stiffens[n:, n:] = (tilt.polar - tilt.about_diameter) * np.eye(len(turn))
-    return turns, stiffens, np.append(load, np.zeros(len(turn)))
+    own = mount.mass - mount.gyro / 2, mount.gyro - mount.mass
+    turns = _joined(coriolis, own[0], centre, turn)
+    stiffens = _joined(stiffening, own[1], centre, np.eye(len(turn)))
+    return turns, stiffens, np.append(load, np.zeros(len(turns) - len(load)))
 
 
-def energy_in_shaft(tilt: Tilt | None, spring: float, centre: Any, slope: Any) -> Any:
+def coordinates_of(mount: Mount, centre: Indices, size: int) -> Indices:
+    """Return the indices of the shaft's coordinates among those of the rotor.
+
+    They are (r (1 + w),): the centre's, then the last ones of the rotor.
+
+    mount, centre : the shaft; (r,), indices of the centre's coordinates
+    size : number of the rotor's coordinates, those of the shaft included
+    """
+    last = np.arange(size - len(centre) * mount.more, size)
+    return np.concatenate([centre, last], dtype=np.intp)
+
+
+def _joined(matrix: Any, own: Floats, centre: Indices, each: Any) -> Any:
+    """Return a rotor's matrix with one of its shaft added, see `with_mount`.
+
+    own, each : (1 + w, 1 + w) of the shaft; (r, r), its factor in the r coordinates
+    """
+    more = len(each) * (len(own) - 1)
+    out = np.pad(matrix, (0, more))
+    places = np.r_[centre, np.arange(len(matrix), len(out))]
+    out[np.ix_(places, places)] += np.kron(own, each)
+    return out
+
+
+def energy_in_shaft(mount: Mount | None, spring: float, moved: Any) -> Any:
     """Return twice the shaft's strain energy in each of m modes, (m,), J.
 
     Parameters
     ----------
-    spring : stiffness of the shaft against a displacement, N/m, k_o without a tilt
-    centre, slope : (2, m) or, complex, (1, m), of the shaft at the disk in each mode of
-        unit amplitude; slope is not used without a tilt
+    mount, spring : shaft of a tilting disk; k_o, N/m, of springs without one
+    moved : (r (1 + w), m), coordinates of the shaft in each mode of unit amplitude, or
+        those of the centre on springs
     """
-    energy = spring * (np.abs(centre) ** 2).sum(axis=0)
-    if tilt is None:
-        return energy
-    _, across, alone = tilt.stiffness
-    energy += 2 * across * (centre.conj() * slope).real.sum(axis=0)
-    return energy + alone * (np.abs(slope) ** 2).sum(axis=0)
-
-
-def _bordered(matrix: Any, turn: Any) -> Any:
-    return np.pad(matrix, (0, len(turn)))
+    if mount is None:
+        return spring * (np.abs(moved) ** 2).sum(axis=0)
+    width = len(moved) // len(mount.stiffness)
+    strained = np.kron(mount.factor, np.eye(width)) @ moved
+    return (np.abs(strained) ** 2).sum(axis=0)

@@ -240,21 +240,29 @@ def diameter_matrices(
     """
     spin = model.terms
     stiffness = np.diag(piece.omega**2) + stiffening_at(piece, speed)
-    moved, own = np.outer(piece.hub.conj(), piece.hub), spin.support.at(speed)
-    held = own.turning(speed)
-    damping = _modal_damping(model, piece) + own.damping.real * moved
-    gyro = 2 * speed * piece.coriolis - 1j * own.damping.imag * moved
-    return gyro, damping, stiffness + held.real * moved, -1j * held.imag * moved
+    gyro, damping = 2 * speed * piece.coriolis, _modal_damping(model, piece)
+    push, damping = np.zeros_like(gyro), damping.astype(np.complex128)
+    others = (one.support for one in spin.stations)
+    elsewhere = zip(piece.stations, others, strict=False)  # none on other diameters
+    for row, support in ((piece.hub, spin.support), *elsewhere):
+        moved, own = np.outer(row.conj(), row), support.at(speed)
+        held = own.turning(speed)
+        damping = damping + own.damping.real * moved
+        gyro = gyro - 1j * own.damping.imag * moved
+        stiffness = stiffness + held.real * moved
+        push = push - 1j * held.imag * moved
+    return gyro, damping, stiffness, push
 
 
 def _modal_damping(model: ModalModel, piece: SpinBlock) -> Floats | Complexes:
     """Return the modal damping of a rotor on one nodal diameter, (m, m), 1/s."""
     chosen = np.flatnonzero((model.diameter == piece.k) & (model.phase == 0))
-    ratios, support = model.ratios[chosen], model.terms.support
-    if not isinstance(support, Bearing):
+    ratios, held = model.ratios[chosen], model.unheld
+    if held is None or not piece.hub.any():
         return np.diag(2 * ratios * piece.omega)
-    held = np.sqrt(support.spring) * piece.hub[None, :]
-    return np.asarray(unheld_rates(ratios, piece.omega, held))
+    held = held[0::2, chosen] - 1j * held[1::2, chosen]
+    rates = np.asarray(unheld_rates(ratios, piece.omega, held))
+    return rates if piece.material is None else rates + piece.material
 
 
 def quadratic_roots(
@@ -300,6 +308,15 @@ def turning_matrices(
         gyro[hub, hub] += planar(1j * own.damping.imag)
         stiffness[hub, hub] += held.real * np.eye(2)
         push[hub, hub] = planar(1j * held.imag)
+    for one in spin.stations:
+        own, rows = one.support.at(speed), one.rows
+        held = own.turning(speed)
+        damping += own.damping.real * rows.T @ rows
+        gyro += rows.T @ planar(1j * own.damping.imag) @ rows
+        stiffness += held.real * rows.T @ rows
+        push += rows.T @ planar(1j * held.imag) @ rows
+    if spin.material is not None:
+        damping += spin.material
     return gyro, damping, stiffness, push
 
 
@@ -400,28 +417,27 @@ def unbalance_speeds(model: ModalModel, fastest: float = 0.0) -> list[float]:
     spin = model.spin
     for piece in spin.waves if spin else ():
         if spin and piece.hub.any():
-            return _met(piece, spin.support, *watched_speeds(model, fastest))
+            return _met(piece, spin, *watched_speeds(model, fastest))
     return []
 
 
-def _met(
-    piece: SpinBlock, supports: Support | Bearing, low: float, high: float
-) -> list[float]:
+def _met(piece: SpinBlock, spin: Spin, low: float, high: float) -> list[float]:
     """Return resonance speeds of an unbalance on supports that depend on the speed.
 
     The supports are evaluated at each of `SPEEDS` speeds, and the resonance speeds
     computed with them. Where such a speed equals the one at which the supports were
     evaluated, there is a resonance.
 
-    piece, supports : modes and terms of rotation of nodal diameter 1; the supports
+    piece, spin : modes and terms of rotation of nodal diameter 1; those of the rotor
     low, high : rad/s, ends of the search
     """
-    if isinstance(supports, Support):
-        speeds = _soft_at(*_of_unbalance(piece, supports))
+    constant = all(one.is_constant for one in spin.stations)
+    if isinstance(spin.support, Support) and constant:
+        speeds = _soft_at(*_of_unbalance(piece, spin, 0.0))
         return [float(speed) for speed in speeds if low <= speed <= high]
 
     def ahead(speed: float) -> Floats:
-        found = _soft_at(*_of_unbalance(piece, supports.at(speed)))
+        found = _soft_at(*_of_unbalance(piece, spin, speed))
         return np.pad(found, (0, most - len(found)), constant_values=np.inf) - speed
 
     most, found = 2 * len(piece.hub), []
@@ -439,17 +455,21 @@ def _at(values: Callable[[float], Floats], place: int, speed: float) -> float:
 
 
 def _of_unbalance(
-    piece: SpinBlock, own: Support
+    piece: SpinBlock, spin: Spin, speed: float
 ) -> tuple[Complexes, Complexes, Complexes | None]:
     """Return the stiffness terms of the waves that an unbalance excites, k = 1.
 
     They are K_0, K_1, K_2 of K_0 + Omega^2 K_1 + Omega^4 K_2, which is singular at a
     resonance, see `unbalance_speeds`.
 
-    piece, own : modes and terms of rotation of nodal diameter 1; the supports
+    piece, spin : modes and terms of rotation of nodal diameter 1; those of the rotor
+    speed : Omega, rad/s, at which the supports are evaluated
     """
     hub, first, second = piece.hub, piece.stiffening, piece.quartic
+    own = spin.support if isinstance(spin.support, Support) else spin.support.at(speed)
     rest = np.diag(piece.omega**2) + own.stiffness.real * np.outer(hub.conj(), hub)
+    for row, one in zip(piece.stations, spin.stations, strict=True):
+        rest += one.support.at(speed).stiffness.real * np.outer(row.conj(), row)
     if own.is_round:
         return rest, first, second
     first = _with_conjugate(first, 0j, hub)

@@ -74,6 +74,11 @@ def bearing_table(text: str) -> str:
     return kept_table(HEAD, rows)
 
 
+def rows_of(own: Mapping[str, Any]) -> Rows:
+    """Return (speed, kxx, ..., cyy) of each row of one element, given as a table."""
+    return _rows(_columns({key: v for key, v in own.items() if v is not None}))
+
+
 def _rows(columns: Mapping[str, Column]) -> Rows:
     """Return (speed, kxx, ..., cyy), rad/s, N/m, N s/m, of each row of a table."""
     axes = [name for name in AXES if name in columns]

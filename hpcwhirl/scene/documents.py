@@ -38,10 +38,11 @@ from hpcwhirl.scene.plain_data import (
 )
 from hpcwhirl.scene.quantities import INPUTS
 from hpcwhirl.scene.rules import CHANGING
+from hpcwhirl.scene.shaft_tables import text_of
 from hpcwhirl.scene.swept import KEYS
 from hpcwhirl.scene.table_files import utf_8
 from hpcwhirl.scene.table_model import anchored
-from hpcwhirl.scene.units import is_shown_in, measure
+from hpcwhirl.scene.units import is_shown_in, measure, told_of
 
 DESIGN_TABLES = (*KEYS, *TABLES)  # only in campaign files
 WIDEST = 1000  # largest number of bits of a whole number, so that it fits a float
@@ -180,20 +181,51 @@ def _set(
 def _placed(engine: Mapping[str, Any], folder: Path | str) -> dict[str, Any]:
     """Return the table [engine] with absolute paths of the files that it names.
 
-    These are the engine file and the tables of bearing and profile.
+    These are the engine file and the tables of bearing, profile and shaft. The shaft as
+    a table [engine.shaft], or engine.shaft and engine.station, become inputs of the
+    rotor.
 
     folder : directory to which relative names refer
     """
-    placed = dict(engine)
+    placed = _with_shaft(engine, folder)
     if isinstance(engine.get("file"), str):
         placed["file"] = _anchored(engine["file"], folder)
     for part, name in (("rotor", "bearing"), ("casing", "profile")):
-        inner = engine.get(part)
+        inner = placed.get(part)
         table = inner.get(name) if isinstance(inner, Mapping) else None
         if isinstance(inner, Mapping) and isinstance(table, str):
             kept = table if ";" in table else _anchored(table, folder)
             placed[part] = {**inner, name: kept}
     return placed
+
+
+def _with_shaft(engine: Mapping[str, Any], folder: Path | str) -> dict[str, Any]:
+    """Return the table [engine] with its shaft among the inputs of the rotor."""
+    placed, rotor = dict(engine), engine.get("rotor", {})
+    if not isinstance(rotor, Mapping):
+        return placed
+    own = dict(rotor)
+    for name, target in (("shaft", "shaft"), ("station", "shaft_station")):
+        if name in placed:
+            if target in own:
+                msg = f"engine.{name} is given twice, also as rotor.{target}"
+                raise InputError(msg)
+            own[target] = placed.pop(name)
+    shaft = own.get("shaft")
+    if isinstance(shaft, Mapping):
+        own["shaft"] = told_of("shaft", lambda: _shaft_line(shaft, own))
+    elif isinstance(shaft, str) and Path(shaft).suffix in {".toml", ".json"}:
+        own["shaft"] = _anchored(shaft, folder)
+    return placed | {"rotor": own} if own else placed
+
+
+def _shaft_line(shaft: Mapping[str, Any], own: dict[str, Any]) -> str:
+    """Return the text of the shaft in a table; its station and modes become inputs."""
+    for name in ("station", "modes"):
+        if name in shaft:
+            own[f"shaft_{name}"] = shaft[name]
+    rest = {k: v for k, v in shaft.items() if k not in {"station", "modes"}}
+    return text_of(rest, "[engine.shaft]")
 
 
 def _anchored(file: str, folder: Path | str) -> str:

@@ -13,6 +13,7 @@ from hpcwhirl.scene import contact_laws
 from hpcwhirl.scene.bearing_tables import bearing_table
 from hpcwhirl.scene.kept_tables import profile_table
 from hpcwhirl.scene.rules import NO_BLADE, OF_CASING, OF_ENGINE, OF_ROTOR
+from hpcwhirl.scene.shaft_tables import WORDS, shaft_text
 from hpcwhirl.scene.table_model import (
     Change,
     FileName,
@@ -113,11 +114,19 @@ class Rotor(Inputs):
         "number of the blade that is lost when the run begins, counted from 0; -1: "
         "none; the others are then unbalanced; only with rotation full, not with a "
         "rotor from file", ge=NO_BLADE)
-    shaft: Literal["springs", "cantilever", "two bearings"] = given("springs", "1",
+    shaft: Annotated[str, AfterValidator(shaft_text)] = given("springs", "1",
         "what holds the centre; springs: centre_stiffness, and the disk does not tilt; "
         "cantilever: a shaft clamped at one end; two bearings: a shaft that overhangs "
-        "the second one; both are round and massless, and the disk tilts on them; only "
-        "with rotation full, not with a rotor from file")
+        "the second one; both are round and massless, and the disk tilts on them; or a "
+        "TOML or JSON file of a shaft with mass, disks and bearings at stations, also "
+        "as saved by ROSS, stored as text; only with rotation full, not with a rotor "
+        "from file")
+    shaft_station: int = given(0, "1",
+        "station of a shaft with mass at which the bladed disk sits, counted from 0",
+        ge=0)
+    shaft_modes: int = given(4, "1",
+        "number of modes kept of a shaft with mass, in addition to what the bladed "
+        "disk and dampers move", ge=0, le=100)
     shaft_length: Positive = given(0.6, "m",
         "length L of a cantilever, or distance L_1 of two bearings", symbol="L_1")
     shaft_overhang: Positive = given(0.4, "m",
@@ -134,6 +143,11 @@ class Rotor(Inputs):
         "relative change delta_j of each blade's Young's modulus; N numbers, E_j = E "
         "(1 + delta_j); the disk does not change; swept as a list of such lists; not "
         "with a rotor from file")
+
+    @property
+    def has_line(self) -> bool:
+        """Whether the shaft has mass and stations, see `shaft_tables`."""
+        return self.shaft not in WORDS
 
     @property
     def is_uneven(self) -> bool:

@@ -10,6 +10,7 @@ from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene.bearing_tables import bearing_table
 from hpcwhirl.scene.kept_tables import profile_table
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
+from hpcwhirl.scene.shaft_tables import shaft_text
 from hpcwhirl.scene.units import each_in_si, told_of
 
 Value = bool | int | float | str | list[float]
@@ -17,6 +18,7 @@ FILE = "engine.file"  # the one input that names a file
 TABLES_KEPT: dict[str, Callable[[str], str]] = {  # inputs whose file is kept as text
     "engine.rotor.bearing": bearing_table,
     "engine.casing.profile": profile_table,
+    "engine.rotor.shaft": shaft_text,
 }
 MISTUNING = "engine.rotor.mistuning"  # the one input that is a list
 # Inputs of the first release, by table. A later input is part of a digest only if it is

@@ -19,6 +19,7 @@ from hpcwhirl.errors import shown
 from hpcwhirl.scene.contact_laws import RIGID, is_known, refused, rods_around
 from hpcwhirl.scene.kept_tables import kept_rows
 from hpcwhirl.scene.schemes import STEPWISE, TURNING, either
+from hpcwhirl.scene.shaft_tables import WORDS
 
 AS_THE_REST = -1.0  # value of a damping ratio for "the ratio of the other modes"
 NO_BLADE = -1  # value of lost_blade for "none"
@@ -225,6 +226,23 @@ def _led_astray(rate: float, ramp: str, speed: float, end: float) -> str:
     )
 
 
+def _is_line(shaft: Any) -> Any:
+    """Return whether a shaft has mass: it is none of the words of the input."""
+    kinds = (shaft != word for word in WORDS)
+    return functools.reduce(operator.and_, kinds)
+
+
+def _short(value: Any) -> str:
+    """Return an input's text in a message; of a stored table only its beginning."""
+    return "a shaft with mass" if str(value).startswith("{") else shown(value)
+
+
+ON_LINE = Unless(
+    "with a shaft that has mass",
+    ("shaft",),
+    lambda shaft: functools.reduce(operator.or_, (shaft == word for word in WORDS)),
+)
+WITHOUT_LINE = Unless("without a shaft that has mass", ("shaft",), _is_line)
 CLAMPED = Unless("where centre is clamped", ("centre",), _is_not("clamped"))
 BY_TABLE = Unless("with a bearing", ("bearing",), _is(""))
 AT_REST = Unless("where rotation is none", ("rotation",), _is_not("none"))
@@ -245,9 +263,11 @@ OF_ROTOR = (
         lambda rim, tip: rim < tip,
         lambda rim, tip: f"disk_radius must be < radius ({tip} m), got {rim}"),
     *(must_be(0, name, CLAMPED) for name in STANDING[1:]),
-    *(must_be(usual, name, CLAMPED) for name, usual in WHOLE),
+    *(must_be(usual, name, CLAMPED, got=_short) for name, usual in WHOLE),
     *(must_be(0, name, BY_TABLE) for name in STANDING),
-    must_be("springs", "shaft", BY_TABLE, got=str),
+    must_be("springs", "shaft", BY_TABLE, got=_short),
+    *(must_be(0, name, ON_LINE) for name in STANDING[1:3]),
+    must_be(0, "shaft_station", WITHOUT_LINE),
     Rule(("lost_blade", "blades"),
         lambda lost, blades: lost < blades,
         lambda lost, blades: f"lost_blade must be < blades ({blades}), got {lost}"),
@@ -257,7 +277,7 @@ OF_ROTOR = (
             f"polar_inertia must be <= 2 tilt_inertia ({2.0 * tilt} kg m^2), as of any "
             f"disk, got {polar}"),
     must_be("springs", "shaft", Unless(f"with fewer than {TILTING} blades",
-        ("blades",), lambda blades: blades >= TILTING), got=str),
+        ("blades",), lambda blades: blades >= TILTING), got=_short),
 )
 OF_CASING = (
     must_be("all", "families", Unless("on a ring of {}", ("discretization",),
@@ -273,8 +293,8 @@ OF_CASING = (
 )
 OF_ENGINE = (
     *(must_be(0, f"rotor.{name}", AT_REST) for name in STANDING),
-    *(must_be(usual, f"rotor.{name}", FROM_FILE) for name, usual in WHOLE),
-    *(must_be(usual, f"rotor.{name}", AT_REST) for name, usual in WHOLE),
+    *(must_be(usual, f"rotor.{n}", FROM_FILE, got=_short) for n, usual in WHOLE),
+    *(must_be(usual, f"rotor.{n}", AT_REST, got=_short) for n, usual in WHOLE),
     Rule(("rotation", "rotor.suspension_damping", "rotor.damping", "rotor.centre",
           "file"),
         lambda rotation, own, least, centre, file:

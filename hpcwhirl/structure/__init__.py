@@ -11,7 +11,7 @@ Shaft: a line of Timoshenko beams with disks, round in section, see `shaft`.
 """
 
 from hpcwhirl.structure.bladed_disk import blade_stiffness, bladed_disk
-from hpcwhirl.structure.elements import CyclicStructure, Tilt
+from hpcwhirl.structure.elements import CyclicStructure
 from hpcwhirl.structure.fourier import (
     FourierOperator,
     Sines,
@@ -20,17 +20,18 @@ from hpcwhirl.structure.fourier import (
     harmonic_matrices,
     shell_matrices,
 )
+from hpcwhirl.structure.mount import Mount
 from hpcwhirl.structure.ring import RingOperator, ring
 from hpcwhirl.structure.rotation import Rotation, rotation_of
 
 __all__ = [
     "CyclicStructure",
     "FourierOperator",
+    "Mount",
     "RingOperator",
     "Rotation",
     "Sines",
     "Stations",
-    "Tilt",
     "Uniform",
     "blade_stiffness",
     "bladed_disk",

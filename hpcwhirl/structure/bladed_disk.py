@@ -16,9 +16,9 @@ from hpcwhirl.structure.elements import (
     Section,
     add_block,
     beam,
-    tilt_of,
     turn,
 )
+from hpcwhirl.structure.mount import mount_of
 
 NODE = 3  # DoF of a node: radial, tangential, rotation
 GHOST = 1e-6  # share of mass and of stiffness that a lost blade keeps in the model
@@ -157,8 +157,8 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
                 add_block(target, parts[i], dofs)
     mass, stiffness = matrices
     radii = np.linspace(rotor.disk_radius, rotor.radius, rotor.elements + 1)
-    tilt, kept = tilt_of(rotor, mass, radii), slice(None) if centre else slice(0, -2)
-    held = tilt.stiffness[0] if tilt else rotor.centre_stiffness
+    mount, kept = mount_of(rotor, mass, radii), slice(None) if centre else slice(0, -2)
+    held = 0.0 if mount else rotor.centre_stiffness
     stiffness[hub, hub] += held
     return CyclicStructure(
         mass[kept, kept],
@@ -169,5 +169,5 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
         centre=centre,
         centre_stiffness=held,
         mistuned=rotor.is_uneven,
-        tilt=tilt,
+        mount=mount,
     )

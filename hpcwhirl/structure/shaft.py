@@ -35,18 +35,20 @@ frame, and more than the loss factor in a faster one.
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import eigh
 
-from hpcwhirl.arrays import Floats
-from hpcwhirl.structure.elements import add_block
+from hpcwhirl.arrays import Floats, Indices
 
 _X, _W = np.polynomial.legendre.leggauss(5)  # exact to degree 9
 POINTS, WEIGHTS = (_X + 1) / 2, _W / 2
 NODE = 2  # coordinates of a node: Z, Phi
+GROUND = -1  # of `LineSupport.to`
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,7 @@ class Tube:
     shear : shear modulus, Pa; infinite: a beam without shear, of Bernoulli or Rayleigh
     poisson : Poisson's ratio, for the shear coefficient
     rotary : whether cross sections have moments of inertia
+    node : number of its first node; -1: its place among the tubes of a line
     """
 
     length: float
@@ -71,6 +74,7 @@ class Tube:
     shear: float
     poisson: float
     rotary: bool = True
+    node: int = -1
 
     def at(self, xi: float) -> tuple[float, float]:
         """Return area, m^2, and second moment of area, m^4, at xi along the element.
@@ -169,16 +173,54 @@ class ShaftDisk:
 
 
 @dataclass(frozen=True)
+class LineSupport:
+    """A bearing, seal or other support of a shaft line, static frame.
+
+    Attributes
+    ----------
+    at, to : coordinates that it connects, of the n of the line; `to` may be `GROUND`
+    rows : (speed, k_xx, k_xy, k_yx, k_yy, c_xx, c_xy, c_yx, c_yy) at each speed; rad/s,
+        N/m, N s/m
+    """
+
+    at: int
+    to: int
+    rows: tuple[tuple[float, ...], ...]
+
+    @property
+    def springs(self) -> float:
+        """Mean stiffness (k_xx + k_yy) / 2 at the first speed, N/m."""
+        return (self.rows[0][1] + self.rows[0][4]) / 2
+
+    @property
+    def is_spring(self) -> bool:
+        """Whether it is a constant spring, the same in all directions."""
+        _, xx, xy, yx, yy, *damping = self.rows[0]
+        alone = len(self.rows) == 1 and xx == yy and xy == yx == 0.0
+        return alone and not any(damping)
+
+    def row(self, size: int) -> Floats:
+        """Return the row, (n,), that gives its displacement from n coordinates."""
+        row = np.zeros(size)
+        row[self.at] = 1.0
+        if self.to != GROUND:
+            row[self.to] = -1.0
+        return row
+
+
+@dataclass(frozen=True)
 class ShaftLine:
     """A shaft of elements one after the other, with disks, and pedestals beside it.
 
     Attributes
     ----------
-    tubes : elements; element e lies between nodes e and e + 1
+    tubes : elements between a node and the next; several may lie side by side
     disks : rigid disks
     pedestals : kg, mass of each pedestal, which supports may connect to the shaft
     viscous : eta_V, s, of the material's damping
     loss : eta_H, loss factor of the material
+    supports : bearings and other supports
+    stations : node of each station that users name
     """
 
     tubes: tuple[Tube, ...]
@@ -186,11 +228,20 @@ class ShaftLine:
     pedestals: tuple[float, ...] = ()
     viscous: float = 0.0
     loss: float = 0.0
+    supports: tuple[LineSupport, ...] = ()
+    stations: tuple[int, ...] = ()
 
     @property
     def nodes(self) -> int:
         """Number of nodes of the shaft."""
-        return len(self.tubes) + 1
+        return int(self.first.max()) + 2
+
+    @property
+    def first(self) -> Indices:
+        """Number of the first node of each element, (tubes,)."""
+        return np.array(
+            [e if tube.node < 0 else tube.node for e, tube in enumerate(self.tubes)]
+        )
 
     @property
     def size(self) -> int:
@@ -200,7 +251,9 @@ class ShaftLine:
     @property
     def places(self) -> Floats:
         """Positions of the nodes along the shaft, (nodes,), m, from the first one."""
-        return np.cumsum([0.0, *(tube.length for tube in self.tubes)])
+        lengths = np.zeros(self.nodes)
+        lengths[self.first + 1] = [tube.length for tube in self.tubes]
+        return np.cumsum(lengths)
 
     @property
     def mass(self) -> float:
@@ -233,12 +286,12 @@ class LineMatrices:
 def line_matrices(line: ShaftLine) -> LineMatrices:
     """Return the matrices of a shaft line that nothing holds."""
     mass, gyro, stiffness = np.zeros((3, line.size, line.size))
-    for e, tube in enumerate(line.tubes):
-        dofs = NODE * e + np.arange(2 * NODE)
+    for node, tube in zip(line.first, line.tubes, strict=True):
+        dofs = NODE * node + np.arange(2 * NODE)
         for target, part in zip(
             (mass, gyro, stiffness), tube_matrices(tube), strict=True
         ):
-            add_block(target, part, dofs)
+            target[np.ix_(dofs, dofs)] += part
     for disk in line.disks:
         at = NODE * disk.node
         mass[at, at] += disk.mass
@@ -262,3 +315,47 @@ def _damping(line: ShaftLine, mass: Floats, stiffness: Floats) -> Floats:
         rates = line.loss * np.sqrt(np.maximum(squared, 0.0))
         damping[own, own] += (lift * rates) @ lift.T
     return damping
+
+
+@lru_cache(maxsize=64)
+def line_of(text: str) -> ShaftLine:
+    """Return the shaft line of a text that a scene stores, see `scene.shaft_tables`."""
+    given = json.loads(text)
+    tubes = tuple(map(_tube_of, given["tubes"]))
+    pedestals = NODE * (max(tube.node for tube in tubes) + 2)
+
+    def place(node: int, pedestal: int) -> int:  # of the shaft, or a pedestal's
+        return NODE * node if node >= 0 else pedestals + pedestal
+
+    supports = tuple(
+        LineSupport(
+            place(node, pedestal),
+            pedestals + pedestal if node >= 0 <= pedestal else GROUND,
+            tuple(map(tuple, rows)),
+        )
+        for node, pedestal, rows in given["supports"]
+    )
+    return ShaftLine(
+        tubes,
+        tuple(ShaftDisk(int(node), *rest) for node, *rest in given["disks"]),
+        tuple(given["pedestals"]),
+        given["viscous"],
+        given["loss"],
+        supports,
+        tuple(given["stations"]),
+    )
+
+
+def _tube_of(row: list[float]) -> Tube:
+    """Return an element from its row in the text of a shaft line.
+
+    row : first node, length, m, outer diameter at both ends, inner diameter at both
+        ends, m, E, Pa, rho, kg/m^3, G, Pa, 0 without shear, nu, whether it has rotary
+        inertia
+    """
+    node, length, out, out_after, within, within_after = row[:6]
+    young, density, shear, poisson, rotary = row[6:]
+    return Tube(
+        length, (out, out_after), (within, within_after), young, density,
+        shear or math.inf, poisson, bool(rotary), int(node),
+    )  # fmt: skip

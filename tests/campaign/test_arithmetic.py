@@ -28,6 +28,7 @@ from hpcwhirl.scene import (
 from hpcwhirl.scene import inputs as scene_inputs
 from hpcwhirl.scene.batch_validation import RULES, Many
 from hpcwhirl.scene.input_names import full_name
+from hpcwhirl.scene.shaft_tables import text_of
 from hpcwhirl.scene.table import Table
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.manifest import PlanFile
@@ -227,6 +228,10 @@ def test_a_plan_is_read_back_as_it_was_written(tmp_path_factory, document):
 BEARING = (
     "frequency,kxx,kxy,kyx,kyy,cxx,cxy,cyx,cyy;0.0,1.0,0.0,0.0,1.0,1.0,0.0,0.0,1.0"
 )
+SHAFT = text_of({
+    "sections": [{"length": 1.0, "outer": 0.1}],
+    "bearings": [{"station": i, "kxx": 1e7} for i in (0, 1)],
+}, "the shaft")  # fmt: skip
 SPEEDS, GAPS = "time,speed;0.0,300.0;1.0,310.0", "time,gap;0.0,1e-4;1.0,2e-4"
 BROKEN = [  # of each rule, in their order: what breaks it alone, and how that is told
     ({"disk_radius": 0.6}, "engine.rotor: disk_radius must be < radius"),
@@ -253,6 +258,12 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
      "film_viscosity must be 0 with a bearing"),
     ({"rotation": "full", "bearing": BEARING, "shaft": "cantilever"},
      "shaft must be springs with a bearing"),
+    ({"rotation": "full", "shaft": SHAFT, "stiffness_difference": 1.0},
+     "stiffness_difference must be 0 with a shaft that has mass"),
+    ({"rotation": "full", "shaft": SHAFT, "damping_difference": 1.0},
+     "damping_difference must be 0 with a shaft that has mass"),
+    ({"rotation": "full", "shaft_station": 2},
+     "shaft_station must be 0 without a shaft that has mass"),
     ({"rotation": "full", "lost_blade": 22}, "lost_blade must be < blades (22)"),
     ({"rotation": "full", "polar_inertia": 3.0, "tilt_inertia": 1.4},
      "polar_inertia must be <= 2 tilt_inertia (2.8 kg m^2), as of any disk, got 3.0"),

@@ -176,6 +176,7 @@ def test_slices_and_resumes_give_the_same_bits(scenes, name, scheme):
 ORACLE = {
     "shell": "general",
     "run-up, rotation": "general",
+    "run-up, rotation, shaft": "general",
     "start, run-up": "general",
 }  # `paper` refuses these
 

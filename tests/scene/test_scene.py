@@ -30,6 +30,7 @@ from hpcwhirl.scene import (
 from hpcwhirl.scene.documents import scene_of_document
 from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.rules import CHANGING
+from hpcwhirl.scene.shaft_tables import text_of
 
 positive = st.floats(1e-12, 1e12)
 WORDS = {
@@ -76,6 +77,15 @@ LOST = "engine.rotor.lost_blade"
 NEEDS = dict.fromkeys(  # but for 0
     [*STANDING, "unbalance", "gap_at", "engine.rotor.shaft", LOST, BEARING], TURNING
 )
+NEEDS["engine.rotor.shaft_station"] = TURNING | {
+    "shaft": text_of(
+        {
+            "sections": [{"length": 1.0, "outer": 0.1}],
+            "bearings": [{"station": i, "kxx": 1e7} for i in (0, 1)],
+        },
+        "the shaft",
+    )
+}
 VALUES = {
     "speed": st.floats(1e-3, 1e4) | st.floats(-1e4, -1e-3),
     "nodal_diameter": st.integers(0, 20),
@@ -143,6 +153,7 @@ def test_every_input_is_set_and_written_by_its_dotted_name():
     values["engine.rotor.mistuning"] = []  # not with a file, and of another length
     values["engine.casing.families"] = "all"  # of elements
     values |= {**dict.fromkeys(STANDING, 0.0), "unbalance": 0.0}  # of a clamped centre
+    values["engine.rotor.shaft_station"] = 0  # of a shaft with mass
     values |= {"engine.rotor.shaft": "springs", LOST: -1, BEARING: ""}
     values |= {**CHANGING, "history": "", "branch": "start"}  # not with chaos or shapes
     values |= {"engine.casing.contact_law": "rigid", "friction_law": "constant"}  # nor

@@ -14,6 +14,7 @@ from stage import rotor, turning
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene.shaft_tables import text_of
 
 BASE = {
     "duration": 4e-3, "interval": 1e-5, "time_step": 2e-6, "traces": "full",
@@ -36,6 +37,22 @@ RIGID = {"kind": "rigid", "amplitude": 1.2e-4, "nodal_diameter": 2}
 ELEMENTS = {"discretization": "elements", "casing.elements": 14}
 SOFT = {"contact_law": "abradable", "layer_yield": 1e6}
 RUBBED = {"contact_law": "archard", "wear_coefficient": 1e-11}
+SHAFT = {
+    "shaft_station": 1,
+    "shaft": text_of({
+        "viscous": 2e-5,
+        "sections": [
+            {"length": 0.2, "outer": 0.12, "inner": 0.05},
+            {"length": 0.5, "outer": 0.1, "outer_end": 0.08},
+        ],
+        "disks": [{"station": 2, "mass": 20.0, "polar": 0.3}],
+        "bearings": [
+            {"station": 0, "kxx": 4e7, "cxx": 5e3, "kxy": 1e6, "kyx": -1e6},
+            {"station": 2, "kxx": 6e7, "cxx": 8e3, "pedestal_mass": 6.0,
+             "pedestal_kxx": 9e7, "pedestal_cxx": 2e3},
+        ],
+    }, "the shaft"),
+}  # fmt: skip
 START = {
     "start_energy": 5.0, "start_modes": "rotor suspension, casing 2",
     "start_draw": 3.0, "force": 0.0,
@@ -67,6 +84,13 @@ TABLE = {  # scene: what is set, the schemes that march it
     "bearing alike": (FULL | {"bearing": ("3.4e7", "3.4e7")}, CYCLIC),
     "cross-coupling": (FULL | {"cross_coupling": 1e6}, CYCLIC),
     "tilt": (FULL | {"shaft": "cantilever"}, CYCLIC),
+    "shaft": (FULL | SHAFT, ALL),
+    "unequal, unbalance, shaft": (
+        FULL | SHAFT | UNEQUAL | {"unbalance": 5e-3}, ("modal",),
+    ),
+    "run-up, rotation, shaft": (
+        FULL | SHAFT | {"acceleration": 2000.0, "unbalance": 5e-3}, ("modal",),
+    ),
     "clamped": ({"centre": "clamped"}, ("modal",)),
     "shell": (SHELL, ("modal",)),
     "elements": (ELEMENTS, ("modal", "paper")),

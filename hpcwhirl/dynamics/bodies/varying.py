@@ -49,7 +49,8 @@ class _Group(NamedTuple):
     flat, again : (b, s, s), (c, s, s), indices in the kernel's arrays of the entries of
         all blocks, and of the second copies of the c blocks that f_0 moves
     mass, gyro, damping, rest, first, quartic : (b, s, s): M, 2 C, D, K_0, K_1, K_2
-    hub : (b, 2, s), x_o and y_o for unit amplitudes
+    held : (q, b, 2, s), x, y of each of q supports for unit amplitudes, that of the
+        centre first
     """
 
     modes: Integers
@@ -62,7 +63,7 @@ class _Group(NamedTuple):
     rest: Floats
     first: Floats
     quartic: Floats
-    hub: Floats
+    held: Floats
 
 
 class DrivenRotor:
@@ -83,17 +84,23 @@ class DrivenRotor:
     def __init__(self, model: Model, scene: Scene) -> None:
         spin, body = model.rotor.terms, model.rotor
         self.order, self.starts = by_diameter(body)
-        self.support, self.step = spin.support, scene.solver.time_step
+        self.step = scene.solver.time_step
+        self.supports = spin.support, *(one.support for one in spin.stations)
         self.moment = scene.unbalance * cmath.exp(1j * scene.unbalance_phase)
         self.shapes = body.shapes[:, self.order]
         self.hub = centre_rows(body, model.blades)[:, self.order]
+        elsewhere = [one.rows @ self.shapes for one in spin.stations]
+        self.rows = np.stack([self.hub, *elsewhere])
         rows = contact_rows(body, model.blades)
         self.radial, self.tangential = (part[:, self.order] for part in rows)
         swing = np.zeros(len(body.mass)) if spin.swing is None else spin.swing
         self.euler = self.shapes.T @ swing
         none = np.zeros_like(spin.stiffening)
+        damping = body.damping_matrix()
+        if spin.material is not None:
+            damping = damping + spin.material
         terms = (
-            body.mass, 2 * spin.coriolis, body.damping_matrix(), body.stiffness,
+            body.mass, 2 * spin.coriolis, damping, body.stiffness,
             spin.stiffening, none if spin.quartic is None else spin.quartic,
         )  # fmt: skip
         self.groups = self._grouped([self.shapes.T @ t @ self.shapes for t in terms])
@@ -118,13 +125,13 @@ class DrivenRotor:
                 (part + (-1.0 if i == 1 else 1.0) * part.swapaxes(1, 2)) / 2
                 for i, part in enumerate(parts)
             ]
-            hub = np.ascontiguousarray(self.hub[:, modes].swapaxes(0, 1))
+            held = np.ascontiguousarray(self.rows[:, :, modes].swapaxes(1, 2))
             moved = self.euler[modes].any(axis=1)
-            moved |= hub.any(axis=(1, 2)) & (self.moment != 0.0)
+            moved |= held[0].any(axis=(1, 2)) & (self.moment != 0.0)
             extra = further + size**2 * np.arange(moved.sum())
             further += size**2 * len(extra)
             flat, again = (at[:, None, None] + inside for at in (begun[own], extra))
-            out.append(_Group._make([modes, moved, flat, again, *parts, hub]))
+            out.append(_Group._make([modes, moved, flat, again, *parts, held]))
         return out
 
     def _held(self, group: _Group, speed: Any) -> tuple[Floats, Floats, Floats, Floats]:
@@ -134,15 +141,16 @@ class DrivenRotor:
 
         speed : Omega, rad/s
         """
-        own = self.support.at(speed)
-        held, back = own.turning(speed), group.hub.swapaxes(1, 2)
         stiffness = group.rest + speed**2 * group.first + speed**4 * group.quartic
-        return (
-            speed * group.gyro + back @ planar(1j * own.damping.imag) @ group.hub,
-            group.damping + own.damping.real * (back @ group.hub),
-            stiffness + held.real * (back @ group.hub),
-            back @ planar(1j * held.imag) @ group.hub,
-        )
+        gyro, damping, push = speed * group.gyro, group.damping, 0.0 * stiffness
+        for support, rows in zip(self.supports, group.held, strict=True):
+            own, back = support.at(speed), rows.swapaxes(1, 2)
+            held = own.turning(speed)
+            gyro = gyro + back @ planar(1j * own.damping.imag) @ rows
+            damping = damping + own.damping.real * (back @ rows)
+            stiffness = stiffness + held.real * (back @ rows)
+            push = push + back @ planar(1j * held.imag) @ rows
+        return gyro, damping, stiffness, push
 
     def set(self, body: CoupledBody, interval: Interval) -> None:
         """Set the kernel's arrays of the rotor to those of an interval of speed."""

@@ -1,0 +1,390 @@
+"""Shaft lines as users give them, and as a scene stores them: one line of JSON.
+
+A shaft line is a table with sections, disks and bearings at stations,
+
+    [engine.shaft]
+    station = 3                     # of the bladed disk; station i ends section i
+    young = 2.1e11                  # Pa; density, poisson or shear likewise, for all
+    sections = [{ length = "0.2 m", outer = "60 mm" }, ...]
+    disks = [{ station = 1, mass = 20, polar = 0.4, diametral = 0.2 }]
+    bearings = [{ station = 0, kxx = 5e7, cxx = 1e4 }, ...]
+
+or a rotor that ROSS has saved as TOML or JSON: its elements ShaftElement, DiskElement,
+BearingElement, SealElement and PointMass, whose nodes are the stations (R. Timbo et
+al., ROSS - Rotordynamic open source software, JOSS 2020). Bearings have the keys of
+`bearing_tables`. What is not modelled is refused by name.
+
+The text that a scene stores has the elements between nodes, see `structure.shaft`: a
+section is divided into elements no longer than its outer diameter, at most `MOST`. It
+does not depend on the file later.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from hpcwhirl.errors import nearest, shown
+from hpcwhirl.scene.bearing_tables import OVER_WHIRL, WHIRL, rows_of
+from hpcwhirl.scene.kept_tables import must, read
+from hpcwhirl.scene.units import in_si
+
+WORDS = "springs", "cantilever", "two bearings"
+MOST = 12  # elements of a section
+LEAST = 2  # elements of a section
+LONGEST = 400  # most elements of a shaft
+USUAL = {"young": 2.1e11, "density": 7800.0, "poisson": 0.3}
+MATERIAL = {
+    "young": "Pa", "density": "kg/m^3", "shear": "Pa", "poisson": "1",
+}  # fmt: skip
+SECTION = {"length": "m", "outer": "m", "outer_end": "m", "inner": "m",
+           "inner_end": "m", "elements": "1", **MATERIAL}  # fmt: skip
+DISK = {"station": "1", "mass": "kg", "polar": "kg m^2", "diametral": "kg m^2"}
+PEDESTAL = "pedestal_mass", "pedestal_kxx", "pedestal_cxx"
+LINE = {"sections", "disks", "bearings", "viscous", "loss", *MATERIAL}
+ROSS = "ShaftElement", "DiskElement", "BearingElement", "SealElement", "PointMass"
+# of ROSS, and the values at which a key has no effect
+IDLE = {
+    "axial_force": 0, "torque": 0, "gyroscopic": True, "alpha": 0, "beta": 0,
+    "shear_method_calc": "cowper",
+}  # fmt: skip
+SKIPPED = {"ross_version", "parameters", "_note"}
+SKIPPED_OF_BEARING = {"tag", "color", "scale_factor", "seal_leakage"}
+
+
+def shaft_text(value: str) -> str:
+    """Return what a scene stores of the input `shaft`: a word, or a line as JSON.
+
+    value : one of `WORDS`, the name of a TOML or JSON file, or such a text
+
+    Raises
+    ------
+    ValueError
+        if it is none of these
+    """
+    if value in WORDS:
+        return value
+    if value.startswith("{"):
+        return _kept(json.loads(value))
+    path = Path(value)
+    if path.suffix not in {".toml", ".json"}:
+        hint = nearest(value, WORDS)
+        raise ValueError(
+            f"must be {', '.join(WORDS)}, or a TOML or JSON file of a shaft, got "
+            f"{shown(value)}{hint or ''}"
+        )
+    return text_of(_parsed(path), path.name)
+
+
+def _kept(given: Mapping[str, Any]) -> str:
+    """Return a stored line again, with its numbers as JSON has them."""
+    told = "must be the text of a shaft line that a scene stores"
+    must({"tubes", "supports", "stations"} <= set(given), told)
+    return json.dumps(given, separators=(",", ":"))
+
+
+def _parsed(path: Path) -> Mapping[str, Any]:
+    text = read(path)
+    try:
+        found = tomllib.loads(text) if path.suffix == ".toml" else json.loads(text)
+    except (tomllib.TOMLDecodeError, json.JSONDecodeError, RecursionError) as failed:
+        raise ValueError(f"{path.name} cannot be read: {failed}") from None
+    must(isinstance(found, Mapping), f"{path.name} must hold a table")
+    return found
+
+
+def text_of(given: Mapping[str, Any], name: str) -> str:
+    """Return the text that a scene stores of a shaft line.
+
+    given, name : parsed table of a user or of ROSS; its name in messages
+    """
+    try:
+        line = _of_ross(given) if _is_of_ross(given) else _of_table(given)
+        _check(line)
+    except ValueError as failed:
+        raise ValueError(f"{name}: {failed}") from None
+    except (KeyError, TypeError) as failed:
+        raise ValueError(f"{name}: an element lacks or has a wrong {failed}") from None
+    return json.dumps(line, separators=(",", ":"))
+
+
+def _is_of_ross(given: Mapping[str, Any]) -> bool:
+    return "sections" not in given and any(key.startswith(ROSS) for key in given)
+
+
+# ---- a table of sections ----
+
+
+def _of_table(given: Mapping[str, Any]) -> dict[str, Any]:
+    _known(given, LINE, "the shaft")
+    material = {**USUAL, **{key: given[key] for key in MATERIAL if key in given}}
+    tubes, stations = [], [0]
+    for i, section in enumerate(_tables(given, "sections")):
+        where = f"section {i + 1}"
+        _known(section, set(SECTION), where)
+        tubes += _tubes({**material, **section}, where, stations[-1])
+        stations.append(stations[-1] + tubes.pop())
+    must(tubes, "it must have sections")
+    disks = [_disk(one, f"disk {i}", stations)
+             for i, one in enumerate(_tables(given, "disks"), 1)]  # fmt: skip
+    pedestals: list[float] = []
+    supports = []
+    for i, one in enumerate(_tables(given, "bearings"), 1):
+        supports += _bearing(dict(one), f"bearing {i}", stations, pedestals)
+    damping = {
+        key: _number(given, key, unit, "the shaft")
+        for key, unit in (("viscous", "s"), ("loss", "1"))
+    }
+    return {
+        "tubes": tubes, "disks": disks, "pedestals": pedestals, "supports": supports,
+        "stations": stations, **damping,
+    }  # fmt: skip
+
+
+def _tubes(section: Mapping[str, Any], where: str, first: int) -> list[Any]:
+    """Return a section's elements, and then their number."""
+    got = {key: _number(section, key, SECTION[key], where) for key in SECTION}
+    length, out, within = got["length"], got["outer"], got["inner"]
+    inner_end = got["inner_end"] if "inner_end" in section else within
+    ends = got["outer_end"] or out, inner_end
+    must(length > 0.0 and out > 0.0, f"{where} must have a length and outer > 0 m")
+    told = f"{where} must have inner < outer, got {within} and {out}"
+    must(0.0 <= within < out and 0.0 <= ends[1] < ends[0], told)
+    count = int(got["elements"]) or min(MOST, max(LEAST, math.ceil(length / out)))
+    must(1 <= count <= LONGEST, f"{where} must have 1 to {LONGEST} elements")
+    young, density, shear, nu = (got[key] for key in MATERIAL)
+    if "shear" in section and "poisson" not in section:
+        nu = young / shear / 2 - 1
+    shear = shear or young / 2 / (1 + nu)
+    must(min(young, density, shear) > 0.0, f"{where} must have a material")
+
+    def at(place: float, begin: float, end: float) -> float:
+        return begin + (end - begin) * place / count
+
+    return [
+        [
+            first + e, length / count, at(e, out, ends[0]), at(e + 1, out, ends[0]),
+            at(e, within, ends[1]), at(e + 1, within, ends[1]), young, density, shear,
+            nu, 1,
+        ]
+        for e in range(count)
+    ] + [count]  # fmt: skip
+
+
+def _disk(one: Mapping[str, Any], where: str, stations: list[int]) -> list[float]:
+    _known(one, set(DISK), where)
+    mass, polar, across = (
+        _number(one, key, DISK[key], where) for key in ("mass", "polar", "diametral")
+    )
+    if "diametral" not in one:
+        across = polar / 2
+    return [_node(one, where, stations), mass, polar, across]
+
+
+def _bearing(
+    one: dict[str, Any], where: str, stations: list[int], pedestals: list[float]
+) -> list[list[Any]]:
+    """Return the supports of a bearing: its own, and that of its pedestal if any."""
+    node = _node(one, where, stations)
+    foot = {key: one.pop(key) for key in PEDESTAL if key in one}
+    del one["station"]
+    rows = _rows({"cxx": 0.0} | one, where)
+    if not foot:
+        return [[node, -1, rows]]
+    missing = ", ".join(key for key in PEDESTAL[:2] if key not in foot)
+    must(not missing, f"{where} must have {missing}")
+    mass = _number(foot, PEDESTAL[0], "kg", where)
+    k = _number(foot, PEDESTAL[1], "N/m", where)
+    c = _number(foot, PEDESTAL[2], "N s/m", where)
+    pedestals.append(mass)
+    place = len(pedestals) - 1
+    base = [[0.0, k, 0.0, 0.0, k, c, 0.0, 0.0, c]]
+    return [[node, place, rows], [-1, place, base]]
+
+
+def _rows(one: Mapping[str, Any], where: str) -> list[list[float]]:
+    units = {"k": "N/m", "c": "N s/m", "s": "rad/s"}
+    try:
+        plain = {
+            key: in_si(value, units[key[0]])
+            if isinstance(value, str) and key[0] in units
+            else value
+            for key, value in one.items()
+            if key not in SKIPPED_OF_BEARING
+        }
+        rows = [list(row) for row in rows_of(plain)]
+        must(rows, "it must have one row at least")
+    except ValueError as failed:
+        raise ValueError(f"{where}: {failed}") from None
+    return rows
+
+
+def _node(one: Mapping[str, Any], where: str, stations: list[int]) -> int:
+    number = one.get("station")
+    is_one = isinstance(number, int) and not isinstance(number, bool)
+    told = f"{where} must have a station from 0 to {len(stations) - 1}"
+    inside = isinstance(number, int) and 0 <= number < len(stations)
+    must(is_one and inside, f"{told}, got {shown(number)}")
+    return stations[int(number or 0)]
+
+
+def _tables(given: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
+    found = given.get(key, [])
+    are_tables = isinstance(found, list) and all(isinstance(t, Mapping) for t in found)
+    must(are_tables, f"{key} must be a list of tables, got {shown(found)}")
+    return found  # type: ignore[no-any-return]
+
+
+def _known(given: Mapping[str, Any], known: set[str], where: str) -> None:
+    for key in given:
+        if key not in known:
+            hint = nearest(key, sorted(known)) or f"; known: {', '.join(sorted(known))}"
+            raise ValueError(f"{where} has the unknown key {shown(key)}{hint}")
+
+
+def _number(given: Mapping[str, Any], key: str, unit: str, where: str) -> float:
+    """Return a number of a table in SI, 0 if it is not there."""
+    value = given.get(key, 0.0)
+    try:
+        found = in_si(value, unit)
+    except ValueError as failed:
+        raise ValueError(f"{where}: {key} {failed}") from None
+    is_number = isinstance(found, int | float) and not isinstance(found, bool)
+    is_fit = is_number and math.isfinite(found) and found >= 0.0
+    must(is_fit, f"{where}: {key} must be a number >= 0, got {shown(value)}")
+    return float(found)
+
+
+# ---- a rotor that ROSS has saved ----
+
+
+def _of_ross(given: Mapping[str, Any]) -> dict[str, Any]:
+    found: dict[str, list[tuple[str, Mapping[str, Any]]]] = {kind: [] for kind in ROSS}
+    for key, table in given.items():
+        if key in SKIPPED:
+            continue
+        kind = key.partition("_")[0]
+        told = f"{shown(key)} is not modelled; known elements: {', '.join(ROSS)}"
+        must(kind in found and isinstance(table, Mapping), told)
+        found[kind].append((str(table.get("tag") or key), table))
+    tubes = _ross_tubes(found["ShaftElement"])
+    nodes = int(max(tube[0] for tube in tubes)) + 2
+    disks = [[_ross_node(t, tag, nodes), *(float(t[key]) for key in ("m", "Ip", "Id"))]
+             for tag, t in found["DiskElement"]]  # fmt: skip
+    masses = {int(t["n"]): _point_mass(tag, t) for tag, t in found["PointMass"]}
+    disks += [[n, masses[n], 0.0, 0.0] for n in sorted(masses) if n < nodes]
+    feet = sorted(n for n in masses if n >= nodes)
+    supports = [
+        _ross_support(tag, table, nodes, feet)
+        for tag, table in (*found["BearingElement"], *found["SealElement"])
+    ]
+    return {
+        "tubes": tubes, "disks": disks, "pedestals": [masses[n] for n in feet],
+        "supports": supports, "stations": list(range(nodes)), "viscous": 0.0,
+        "loss": 0.0,
+    }  # fmt: skip
+
+
+def _ross_tubes(elements: list[tuple[str, Mapping[str, Any]]]) -> list[list[float]]:
+    must(elements, "it must have a ShaftElement")
+    tubes = []
+    for place, (tag, table) in enumerate(elements):
+        for key, idle in IDLE.items():
+            value = table.get(key, idle)
+            told = f"{shown(tag)}: {key} = {shown(value)} is not modelled, only {idle}"
+            must(value == idle, told)
+        own = table.get("material")
+        must(isinstance(own, Mapping), f"{shown(tag)} must have a material as a table")
+        young, shear = float(own["E"]), float(own["G_s"])  # type: ignore[index]
+        node = table.get("n")
+        tubes.append([
+            int(place if node is None else node), float(table["L"]),
+            float(table["odl"]), float(table.get("odr", table["odl"])),
+            float(table["idl"]), float(table.get("idr", table["idl"])), young,
+            float(own["rho"]),  # type: ignore[index]
+            shear if table.get("shear_effects", True) else 0.0, young / shear / 2 - 1,
+            int(table.get("rotary_inertia", True)),
+        ])  # fmt: skip
+    tubes.sort(key=lambda tube: tube[0])
+    told = "its shaft elements must follow each other from node 0"
+    must(sorted({t[0] for t in tubes}) == list(range(int(tubes[-1][0]) + 1)), told)
+    return tubes
+
+
+def _ross_node(table: Mapping[str, Any], tag: str, nodes: int) -> int:
+    node = int(table["n"])
+    told = f"{shown(tag)} must be at a node of the shaft, 0 to {nodes - 1}, got {node}"
+    must(0 <= node < nodes, told)
+    return node
+
+
+def _point_mass(tag: str, table: Mapping[str, Any]) -> float:
+    given = (table.get(key) for key in ("m", "mx", "my"))
+    mass = [float(one) for one in given if one is not None]
+    told = f"{shown(tag)}: a mass that differs by direction is not modelled"
+    must(mass and min(mass) == max(mass), told)
+    return mass[0]
+
+
+def _ross_support(
+    tag: str, table: Mapping[str, Any], nodes: int, feet: list[int]
+) -> list[Any]:
+    kind = tag.replace("_", "").lower()
+    must(not any(word in kind for word in OVER_WHIRL), f"{shown(tag)}: {WHIRL}")
+    node, link = int(table["n"]), table.get("n_link")
+    ends = []
+    for end in (node, link):
+        if end is None:
+            ends.append((-1, -1))
+        elif int(end) < nodes:
+            ends.append((int(end), -1))
+        else:
+            told = f"{shown(tag)} is linked to node {end}, which has no PointMass"
+            must(int(end) in feet, told)
+            ends.append((-1, feet.index(int(end))))
+    rows = _rows(table, shown(tag))
+    (node, foot), (other, base) = ends
+    told = f"{shown(tag)} connects two nodes of the shaft, which is not modelled"
+    must(other < 0, told)
+    must(foot < 0 or base < 0, f"{shown(tag)} connects two pedestals: not modelled")
+    return [node, base if node >= 0 else foot, rows]
+
+
+# ---- both ----
+
+
+def _check(line: Mapping[str, Any]) -> None:
+    """Raise ValueError for a line that has too many elements or no supports."""
+    tubes = line["tubes"]
+    must(len(tubes) <= LONGEST, f"it must have at most {LONGEST} elements")
+    must(line["supports"], "it must have bearings")
+    numbers = itertools.chain(_numbers(line["tubes"]), _numbers(line["disks"]))
+    are_fit = all(math.isfinite(x) and x >= 0.0 for x in numbers)
+    must(are_fit, "its numbers must be finite and >= 0")
+    _check_supports(line["supports"])
+
+
+def _check_supports(supports: list[list[Any]]) -> None:
+    """Raise ValueError for supports that differ by direction."""
+    for i, (_, _, rows) in enumerate(supports, 1):
+        for _, kxx, kxy, kyx, kyy, cxx, cxy, cyx, cyy in rows:
+            is_round = kxx == kyy and kxy == -kyx and cxx == cyy and cxy == -cyx
+            told = (
+                f"bearing {i} differs by direction (kxx {kxx:g}, kyy {kyy:g}, kxy "
+                f"{kxy:g}, kyx {kyx:g}, cxx {cxx:g}, cyy {cyy:g}): that is modelled "
+                "only at the bladed disk, by stiffness_difference or bearing"
+            )
+            must(is_round, told)
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    if isinstance(value, list):
+        for one in value:
+            yield from _numbers(one)
+    else:
+        yield float(value)
