@@ -22,7 +22,15 @@ from hpcwhirl.analysis.expression import (
     value_of,
 )
 from hpcwhirl.errors import SHOWN, InputError, cases_told, nearest, one_line
-from hpcwhirl.scene.quantities import BLADES, CHAOS, OVER_SPEED, REFINED, ROW, WORN
+from hpcwhirl.scene.quantities import (
+    BLADES,
+    CHAOS,
+    ESTIMATED,
+    OVER_SPEED,
+    REFINED,
+    ROW,
+    WORN,
+)
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.scene.words import SHOWN as WORDS
@@ -38,6 +46,7 @@ WORD = "word"  # variable with a case's regime or, without one, why it has none
 # {variable that only some campaigns have: what they need for it}
 NEEDS = (
     dict.fromkeys(CHAOS, "output.chaos > 0")
+    | dict.fromkeys(ESTIMATED, 'solver.estimate = "step"')
     | dict.fromkeys(BLADES, 'output.traces = "blades" or "full"')
     | dict.fromkeys(WORN, "a layer that wears (casing.contact_law)")
     | dict.fromkeys(OVER_SPEED, "a speed or gap that changes")

@@ -25,6 +25,7 @@ from hpcwhirl.scene.quantities import (
     AXES,
     BLADES,
     CHAOS,
+    ESTIMATED,
     INPUTS,
     OVER_SPEED,
     PERFORMANCE,
@@ -218,8 +219,8 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
         msg = f"variables: a name has only letters, digits and _, got {shown(name)}"
         raise InputError(msg)
     taken = {
-        *ROW, *BLADES, *CHAOS, *OVER_SPEED, *WORN, *TUNED, *STATUS, *TRACES, *AXES,
-        *PERFORMANCE, *SHARE, GROUP, CELLS, BOUNDARIES, WHY_NOT, "performance",
+        *ROW, *BLADES, *CHAOS, *ESTIMATED, *OVER_SPEED, *WORN, *TUNED, *STATUS, *TRACES,
+        *AXES, *PERFORMANCE, *SHARE, GROUP, CELLS, BOUNDARIES, WHY_NOT, "performance",
     }  # fmt: skip
     if name in taken | set(map(variable_name, INPUTS)):
         raise InputError(
@@ -255,7 +256,15 @@ def one_case(
     """
     import xarray
 
-    known = {**ROW, **BLADES, **CHAOS, **WORN, **TRACES, "time": AXES["time"]}
+    known = {
+        **ROW,
+        **BLADES,
+        **CHAOS,
+        **ESTIMATED,
+        **WORN,
+        **TRACES,
+        "time": AXES["time"],
+    }
     variables = {
         name: (
             dims,

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.blade_motion import blade_numbers, wear_numbers
 from hpcwhirl.analysis.chaos import motion_numbers, twins_of
+from hpcwhirl.analysis.estimate import NO_COARSE, estimated, told_of_estimate
 from hpcwhirl.analysis.over_speed import told_over_speed, words_over_speed
 from hpcwhirl.analysis.regimes import (
     STEADY_SHARE,
@@ -30,6 +31,7 @@ from hpcwhirl.analysis.regimes import (
 )
 from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.analysis.whirl import static_frame
+from hpcwhirl.case.coarser import longer_step
 from hpcwhirl.case.limits import told_of_film
 from hpcwhirl.case.profile import told_of_profile
 from hpcwhirl.case.resolve import Case, resolve
@@ -267,7 +269,31 @@ class Course:
                 if self.number + 1 == len(self.ends) or not is_open(result.row):
                     break
                 self._go_on()
-            return self._with_motion(result, between_slices) if measure else result
+            if not measure:
+                return result
+            return self._with_estimate(
+                self._with_motion(result, between_slices), between_slices
+            )
+
+    def _with_estimate(
+        self, result: Result, between_slices: Callable[[], None] | None
+    ) -> Result:
+        """Add how far a run with a longer step differs, if `solver.estimate` asks.
+
+        If the run is stopped meanwhile, it begins anew.
+        """
+        case = self.march.case
+        if case.given.solver.estimate == "none":
+            return result
+        coarse = longer_step(case)
+        row: dict[str, Value] = dict(NO_COARSE)
+        performance = dict(result.performance)
+        if coarse is not None:
+            other = Course(coarse, self.start, keep=False)
+            found = other.run(between_slices, measure=False)
+            row = estimated(result.row, found.row, case.given.gap)
+            performance["seconds"] = self.seconds + other.seconds
+        return replace(result, row=result.row | row, performance=performance)
 
     def _with_motion(
         self, result: Result, between_slices: Callable[[], None] | None
@@ -369,8 +395,7 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     if rotor.film_viscosity > 0.0:
         case, peak = resolve(scene), float(row["centre_peak"])
         notes += filter(None, [told_of_film(case.model, case.scene, peak)])
-    if told := told_of_profile(scene):
-        notes.append(told)
+    notes += filter(None, [told_of_profile(scene), told_of_estimate(row)])
     return notes
 
 

@@ -147,6 +147,13 @@ CHAOS: dict[str, Quantity] = {
     **_real("1", return_distance="distance after a period / size of the motion"),
     **_real("1", zero_one="K of the 0-1 test: 0 regular, 1 chaotic"),
 }
+# variables of campaigns with solver.estimate = "step"; NaN: no longer step is stable
+ESTIMATED: dict[str, Quantity] = {
+    **_word(coarse_regime="regime of the run with up to twice the time step"),
+    **_real("1", radius_error="difference of orbit_radius from that run / the larger of"
+             " orbit_radius and 0.01 gap"),
+    **_real("1", peak_error="the same of centre_peak"),
+}  # fmt: skip
 # variables of campaigns in which speed or gap change in time
 OVER_SPEED: dict[str, Quantity] = {
     **_text("S4096", words_over_speed="words by windows: times, s, speeds, rad/s,"

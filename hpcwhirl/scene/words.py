@@ -92,6 +92,7 @@ ENUMS = {
     "regime": ("none", *REGIMES),
     "whirl": ("none", "forward", "backward", "mixed"),
     "motion": ("none", "periodic", "quasi-periodic", "chaotic", "untold"),
+    "coarse_regime": ("none", *REGIMES, "overloaded", "unstable"),
     "word_majority": ("none", "unstable", *REGIMES, "overloaded"),
     "stop": ("none", "end", "amplitude", "nonfinite", "complementarity", "certain"),
 }

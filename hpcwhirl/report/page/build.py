@@ -40,6 +40,7 @@ from hpcwhirl.scene.plain_data import SETS, flatten
 from hpcwhirl.scene.quantities import (
     BLADES,
     CHAOS,
+    ESTIMATED,
     INPUTS,
     PERFORMANCE,
     REFINED,
@@ -62,7 +63,7 @@ FACTS = (
     "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
     "libraries", "preset", "preset_loses",
 )  # fmt: skip
-MORE = BLADES | CHAOS | WORN | TUNED | REFINED  # columns of some campaigns
+MORE = BLADES | CHAOS | ESTIMATED | WORN | TUNED | REFINED  # columns of some campaigns
 LEFT_OUT = ("message", "rank")  # columns of results that the page's table lacks
 CHARTED = ("time", "energy", "power", "line_frequency")  # axes of a case's figures
 DERIVED = {  # {name: (expression, unit, meaning)}

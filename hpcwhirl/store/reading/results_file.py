@@ -26,6 +26,7 @@ from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.quantities import (
     CHAOS,
+    ESTIMATED,
     OVER_SPEED,
     PERFORMANCE,
     ROW,
@@ -331,7 +332,7 @@ class Results:
         thresholds : False: of numbers and words alone
         """
         found = hashlib.sha256()
-        names = sorted(n for n in ROW | STATUS | SHARE | CHAOS if n in self)
+        names = sorted(n for n in ROW | STATUS | SHARE | CHAOS | ESTIMATED if n in self)
         with reading(self.path):  # in parts: all variables take 1 kB a case
             for name, start in product(names, range(0, len(self), AT_ONCE)):
                 cases = slice(start, start + AT_ONCE)

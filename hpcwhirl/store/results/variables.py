@@ -9,7 +9,14 @@ from typing import Any
 
 from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.scene.input_names import MISTUNING
-from hpcwhirl.scene.quantities import BLADES, CHAOS, OVER_SPEED, TUNED, WORN
+from hpcwhirl.scene.quantities import (
+    BLADES,
+    CHAOS,
+    ESTIMATED,
+    OVER_SPEED,
+    TUNED,
+    WORN,
+)
 from hpcwhirl.scene.rules import CHANGING
 from hpcwhirl.scene.units import Quantity
 from hpcwhirl.store.directory.manifest import MEASURE, Manifest
@@ -17,6 +24,7 @@ from hpcwhirl.store.directory.record import Record
 
 DETAIL = "output.traces"
 MEASURED = "output.chaos"
+ESTIMATE, NO_ESTIMATE = "solver.estimate", "none"
 LAW = "engine.casing.contact_law"
 # Entries of a row that mistuning leaves unchanged.
 MODEL = ("modes", "time_step", "scheme")
@@ -41,12 +49,13 @@ def measured_of(plan: Manifest) -> dict[str, Quantity]:
 def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
     """Return the variables that a plan's inputs ask for, {variable: unit, meaning}.
 
-    These are numbers of blades, chaos, changing speed and wear.
+    These are numbers of blades, chaos, estimates, changing speed and wear.
     """
     found: dict[str, Quantity] = {}
     if details_of(plan) & LOOKED_AT:
         found |= BLADES | (TUNED if tuned_cases(plan) else {})
     found |= CHAOS if any(plan.values(MEASURED, 0.0)) else {}
+    found |= ESTIMATED if {*plan.values(ESTIMATE, NO_ESTIMATE)} - {NO_ESTIMATE} else {}
     found |= OVER_SPEED if changes_in_time(plan) else {}
     return found | (WORN if {*plan.values(LAW, RIGID)} - {RIGID} else {})
 
