@@ -42,6 +42,7 @@ WORDS = {
     "solver.scheme": "paper",
     "solver.plan": "everything",
     "solver.until": "certain",
+    "solver.estimate": "step",
     "output.traces": "full",
     "direction": "stretch",
     "engine.casing.families": "bending",
