@@ -11,7 +11,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.dynamics.bodies.operators import rod_area
-from hpcwhirl.dynamics.kernels.oracle.layer import CUT, DEPTH
+from hpcwhirl.dynamics.kernels.layer import CUT, DEPTH
 from hpcwhirl.scene import Scene
 
 

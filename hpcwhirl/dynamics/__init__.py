@@ -20,8 +20,9 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
   a bound of the tips' motion in a step tells which tips must be computed, and a blade
   in contact costs only the products of its rows. What is special about a scene is a
   term of this loop: the circle of an unbalance is a wave that stays, a lost blade a gap
-  that never closes, and the force of such supports acts on the waves that move the
-  centre. `general` serves all other models. In slots, the contribution of contact,
+  that never closes, the force of such supports acts on the waves that move the centre,
+  and the rods of a layer that wears are springs in series with the Delassus matrix.
+  `general` serves all other models. In slots, the contribution of contact,
   which is known only after all blades are predicted, is stored as a spectrum until the
   next pass. Vector operations are explicit, so that sums and products are rounded in
   the same way on every machine. The active blades stay the same in 98 of 100 steps:
@@ -31,7 +32,7 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
 - `general` integrates the modes of both bodies one by one, the casing's in the static
   frame, and updates the positions of the blades in every step: anything, slowly. It is
   the only one for a ring of elements, which is not the same at every angle in any
-  frame, for a layer that wears, and for modes that do not oscillate.
+  frame, and for modes that do not oscillate.
 - `exact` is the pass over slots of `modal` with the factor e^{s dt} of each wave, s its
   root. Contact is an impulse at the beginning of a step, such that no blade penetrates
   at its end. Away from contact it jumps over many steps: amplitudes bound the second

@@ -267,7 +267,9 @@ class March:
         elif self.steps < self.total:
             strides = Strides(self.stride, self.beat)
             self._read_ahead()
+            sample = int(self.counter[contact.SAMPLE])
             self.coast.finish(self.state, self.tracks, self.total, strides)
+            self.tracks.worn[sample:] = self.state.worn[0]  # no tip wears it again
 
     def _timed_look(self) -> None:
         start = time.perf_counter()

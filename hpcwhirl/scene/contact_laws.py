@@ -1,8 +1,7 @@
 """Tables of the laws of contact and of friction between blade tips and casing.
 
-A scheme that cannot integrate a law is refused; with a layer, which wears, the scheme
-`modal` runs as `general`. The kernels' arguments of a contact law are made in
-`dynamics.bodies.operators`.
+A scheme that cannot integrate a law is refused. The kernels' arguments of a contact law
+are made in `dynamics.bodies.operators`.
 """
 
 from __future__ import annotations

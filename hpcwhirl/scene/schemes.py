@@ -153,7 +153,7 @@ _TABLE = (
     Scheme(
         "general",
         "central differences mode by mode, slow, also used where modal cannot be (a "
-        "ring of elements, a layer that wears, a changing speed with rotation)",
+        "ring of elements, a changing speed with rotation)",
         2, 8e-6, turns=25e-6, times=BY_MODES,
     ),
     Scheme(

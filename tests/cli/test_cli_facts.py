@@ -339,9 +339,8 @@ def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
         assert row["microseconds_per_step"] > 0
     over = found["over_none"]
     assert list(over) == ["rotation full", "rotation full, mistuned", *OPERATION]
-    for name, ratios in over.items():  # coupled modes took 150 times as long
-        most = 200.0 if name == "layer that wears" else 20.0  # in the static frame
-        assert max(ratios["in_flight"], ratios["in_contact"]) < most
+    for ratios in over.values():  # coupled modes took 150 times as long
+        assert max(ratios["in_flight"], ratios["in_contact"]) < 20.0
         assert all(0.0 < share <= 1.0 for share in ratios["shares"])
     # which is larger, one repeat on a busy machine cannot tell
     assert min(found["modal_gflops_in_flight"], found["fma_peak_gflops"]) > 0

@@ -13,8 +13,7 @@ from hpcwhirl.dynamics.bodies.operators import friction_with_sign
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.contact import ENTRIES, IMPACT, WEAR, contact_space
 from hpcwhirl.dynamics.kernels.kernel_types import Layer, Points
-from hpcwhirl.dynamics.kernels.oracle.bodies import layer_space
-from hpcwhirl.dynamics.kernels.oracle.layer import leave, press, to_worn, wear
+from hpcwhirl.dynamics.kernels.layer import layer_space, leave, press, to_worn, wear
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, named_scene

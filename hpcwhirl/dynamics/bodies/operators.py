@@ -35,6 +35,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     ModalBody,
     Points,
     Ring,
+    Rods,
 )
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
@@ -302,6 +303,18 @@ def layer_of(scene: Scene) -> Layer:
     if not wears(scene):
         return Layer(0.0, 0.0, 0.0, 0.0, 0.0, 0)
     return LAWS[scene.engine.casing.contact_law](scene)
+
+
+def rods_under(model: Model, scene: Scene, w: Floats) -> Rods:
+    """Return the layer as a term of the loop `points`; with empty arrays without one.
+
+    w : (N, N), m/N, Delassus matrix of both bodies
+    """
+    tips = len(w) if wears(scene) else 0
+    return Rods(
+        layer_of(scene), model.angles[:tips], np.ascontiguousarray(w[:tips, :tips]),
+        EMPTY, np.zeros((tips, 0), np.int64), np.zeros((tips, 0)),
+    )  # fmt: skip
 
 
 def unworn(scene: Scene) -> Floats:

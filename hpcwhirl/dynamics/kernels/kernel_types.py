@@ -176,7 +176,9 @@ class CyclicState(NamedTuple):
     sums_c : J, by slot the energy that start and pulse have given
     known : (N + 3 + CHANGES,), blades in contact in the last solution, see
         `ConstantSpace`
-    last, counter, ledger, impulse : as in `BodiesState`
+    last, counter, ledger, impulse, worn : as in `BodiesState`
+    entered : (N,), m, gaps after the last step to the unworn surface of a layer, where
+        a tip is below it, else 0; (0,) without a layer
     """
 
     rotor: Floats
@@ -190,6 +192,8 @@ class CyclicState(NamedTuple):
     counter: Integers
     ledger: Floats
     impulse: Floats
+    worn: Floats
+    entered: Floats
 
 
 class Ring(NamedTuple):
@@ -250,6 +254,29 @@ class Layer(NamedTuple):
     under: int
 
 
+class Rods(NamedTuple):
+    """A layer that wears, as a term of the time loop `points`, for N tips.
+
+    Without a layer all arrays are empty.
+
+    Attributes
+    ----------
+    layer : the rods
+    angle : (N,), rad, of the tips from blade 0, as in `Points`
+    w : (N, N), m/N, Delassus matrix of both bodies; entry [i, j]: opening of gap i by a
+        unit multiplier on tip j
+    none, places, shape : (0, 0), (N, 0), (N, 0): the casing has no further part in it,
+        see `compliance`, `index` and `shape` of `contact.delassus_row`
+    """
+
+    layer: Layer
+    angle: Floats
+    w: Floats
+    none: Floats
+    places: Integers
+    shape: Floats
+
+
 class LayerSpace(NamedTuple):
     """Work arrays of the functions in `layer`, for N tips.
 
@@ -259,7 +286,7 @@ class LayerSpace(NamedTuple):
     sunk : (N,), m, depth s of tips below the unworn surface
     give, shifted : (N,), m/N and m: 1 / (dP/ds), P(s) being the force on a tip; gaps of
         the linearised problem
-    w : (N, N), m/N, the rotor's part of the Delassus matrix, plus diag(give)
+    w : (N, N), m/N, `w_rotor` of `layer.press` plus diag(give)
     """
 
     rod: Integers

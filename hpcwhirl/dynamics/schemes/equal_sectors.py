@@ -10,13 +10,14 @@ from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
+from scipy.linalg import circulant
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.case.speed import Interval, angle_at
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, amplitudes, lowering
-from hpcwhirl.dynamics.bodies.operators import friction_with_sign
+from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_under, wears
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Load
 from hpcwhirl.dynamics.kernels.loop.points import march_points
@@ -359,10 +360,10 @@ class EqualWaves(Integrator):
         rows = self._own_rows(model, scene, beat)
         body = SlotRotor(rows, self._pulse(model, scene), *hub, laid.modes)
         loading = Load(scene.force, scene.pulse, np.zeros(0))
-        arrays = Arrays(loading, body, (), SlotContact(laid.column))
+        arrays = Arrays(loading, body, (), _contact(model, scene, laid.column))
         seen = 0 if flies else SEEN * 2 * slots
         sizes = self.at.rows * PART + seen, 0, 2 * slots, 3 * slots
-        state = at_rest(model.blades, scene.gap, sizes)
+        state = at_rest(model.blades, scene, sizes)
         super().__init__(model, scene, arrays, state)
         march = cast(Any, march_points)
         self.kernel = with_space(march, lambda: slot_space(arrays, state))
@@ -617,6 +618,12 @@ class EqualWaves(Integrator):
         for c, mode in enumerate(modes):
             laid[:, :, mode.row, mode.slot] = copies[:, 2 * c : 2 * c + 2]
         return ring_amplitudes(self.model, laid.reshape(len(copies), -1), angles)
+
+
+def _contact(model: Model, scene: Scene, column: Floats) -> SlotContact:
+    """Return the constants of contact; column : (N,), m/N, of the Delassus matrix."""
+    w = circulant(column) if wears(scene) else np.zeros((0, 0))
+    return SlotContact(column, rods_under(model, scene, w))
 
 
 def _put(table: Floats, at: Integers, values: Complexes) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
 from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, gaps_of
+from hpcwhirl.dynamics.bodies.operators import unworn, wears
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
@@ -143,22 +144,23 @@ class Integrator(ABC):
         raise NotImplementedError
 
 
-def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> CyclicState:
+def at_rest(blades: int, scene: Scene, sizes: tuple[int, int, int, int]) -> CyclicState:
     """Return the state of rotor and ring at rest, for kernels in the rotating frame.
 
     Parameters
     ----------
     blades : N, number of blades or, with several a tip, of contact points
-    gap : m, of all tips
+    scene : scene with the gap of all tips, m, and the layer, not yet worn
     sizes : lengths of the state's arrays `rotor`, `ring`, `lam` and `sums_b`
     """
     k, wide = widths(blades)
     rotor, ring, lam, sums_b = sizes
     reals = aligned_zeros(rotor, ring, lam, 3 * 2 * wide, sums_b, 4 * k)
-    reals[3][:] = gap
+    reals[3][:] = scene.gap
     known = np.zeros(length_of_known(blades), dtype=np.int64)
     own = *reals, *all_aligned([known, *nothing_yet(blades)])
-    return CyclicState(*own)
+    layer = unworn(scene), np.zeros(blades * wears(scene))
+    return CyclicState._make([*own, *layer])
 
 
 def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.bodies.operators import wears
 from hpcwhirl.dynamics.schemes import general
 from hpcwhirl.dynamics.schemes.by_sectors import has_waves, is_cyclic
 from hpcwhirl.dynamics.schemes.equal_sectors import equal_sectors
@@ -19,13 +18,11 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
       both bodies by slot.
     - Other rotors in such a casing, tips with several contact points, and supports that
       differ by direction or have a film: waves of rotor and casing.
-    - Two waves that nearly coincide, a mode that does not oscillate, a casing that
-      wears, or a ring of elements: the integrator of scheme `general`.
+    - Two waves that nearly coincide, a mode that does not oscillate, or a ring of
+      elements: the integrator of scheme `general`.
 
     beat : number of time steps between two rows of evidence
     """
-    if wears(scene):
-        return general.build(model, scene, beat)
     equal = has_waves(model) or is_cyclic(model)
     one = None
     if equal and model.rotor.points is None:

@@ -69,7 +69,7 @@ class BothAsWaves(Integrator):
         arrays, self.reads = point_arrays(model, scene, waves)
         self.waves, points = self.reads.waves, model.contacts
         sizes = 2 * self.waves.half, 0, HELD * padded_blades(points), 3
-        state = at_rest(points, scene.gap, sizes)
+        state = at_rest(points, scene, sizes)
         chosen = folded(points, widths(points)[1])
         state.gaps.reshape(3, -1)[:] = model.clearances(scene.gap)[chosen]
         super().__init__(model, scene, arrays, state)

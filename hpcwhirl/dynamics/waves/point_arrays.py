@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
-from hpcwhirl.dynamics.bodies.operators import friction_with_sign
+from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_under
 from hpcwhirl.dynamics.bodies.pulse import pulse_load
 from hpcwhirl.dynamics.kernels.contact import NOWHERE
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
@@ -499,7 +499,9 @@ def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
     clear, lost = model.clearances(0.0), scene.engine.rotor.lost_blade
     if lost != NO_BLADE:
         clear[lost] = NOWHERE
-    return PointsContact(compliance, *all_aligned([clear[chosen], waves.ravel()]))
+    rods = rods_under(model, scene, compliance)
+    aligned = all_aligned([clear[chosen], waves.ravel()])
+    return PointsContact._make([compliance, *aligned, rods])
 
 
 def _energy(waves: PointWaves) -> PointsEnergy:

@@ -27,6 +27,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     LAST,
     NEAR,
     ROTATION,
+    SAMPLE,
     STEP,
     angle_at,
     book_contacts,
@@ -37,6 +38,13 @@ from hpcwhirl.dynamics.kernels.contact import (
 )
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
+from hpcwhirl.dynamics.kernels.layer import (
+    close_from,
+    is_inside,
+    keep_depth,
+    layer_space,
+    press_rods,
+)
 from hpcwhirl.dynamics.kernels.loop.circulant import constant_space, guess, solved
 from hpcwhirl.dynamics.kernels.loop.passes import copy_to
 from hpcwhirl.dynamics.kernels.loop.point_rows import (
@@ -274,6 +282,8 @@ def sample_points(rows, rotor, wall, mu, step, _speed, state, space, keep, judge
         note_miss_folded(again, space.opened, 0, reach, gap, points, ledger)
     for axis in range(2):
         tips[points, axis] = tip_by_waves(rotor.hub, axis, q, len(q))
+    if keep:
+        keep_depth(state.worn, counter[SAMPLE], tracks.worn)
     if keep and len(tracks.tips) > 0:
         for j in range(points):
             tips[j, 0] = tip_by_waves(rotor.radial, j, q, len(q))
@@ -414,6 +424,8 @@ def touch_points(rows, rotor, contact, wall, mu, step, speed, thrust, angle, eve
     moved = bounds[DRIFT] + held_by * rotor.support.nudge
     bounds[DRIFT] += held_by * rotor.support.rush
     lowest = lower_all(out, moved, gaps, row, whole)
+    layered = len(state.entered) > 0
+    every = every or (layered and not lowest > 0.0)
     if not every and not lowest > 0.0:
         lowest, ready = read_close(
             rows, q, points, gaps, row, state.known, out, whole, near, space.spectra,
@@ -428,9 +440,16 @@ def touch_points(rows, rotor, contact, wall, mu, step, speed, thrust, angle, eve
         lowest, bounds[FRESH] = open_whole(out, gaps, row, whole), 0.0
     if every or looks:
         bounds[DRIFT] = drift_of(q, rotor.drift)
-    if not lowest < 0.0:
+    if not lowest < 0.0 and not is_inside(state.entered):
         return 0
-    if not ready:
+    if layered:
+        turned = angle_at(wall, speed, time) % (2.0 * math.pi)
+        started = angle_at(wall, speed, (counter[STEP] - 1) * step)
+        active = press_rods(
+            contact.rods, turned, started, speed, whole, row - row, lowest, state,
+            solver, space.layer,
+        )  # fmt: skip
+    elif not ready:
         active = solved(whole, row - row, lowest, points, wide, solver)
     if active > 0:
         act_points(rows, rotor, mu, step, thrust, angle, active, state, space)
@@ -462,6 +481,8 @@ def act_points(rows, rotor, mu, step, thrust, angle, active, state, space):
         rows, push, where, active, free, spare, mu, counter[STEP], gaps, older, before,
         state.sums_b, state.lam, space.spectra,
     )  # fmt: skip
+    stay_open(state, where, active)
+    close_from(state.entered, where, active, before)
     push_points(rows, push, where, active, q, space.spectra)
     for i in range(active):
         space.bounds[DRIFT] += push[i] * rotor.rush[where[i]]
@@ -469,6 +490,18 @@ def act_points(rows, rotor, mu, step, thrust, angle, active, state, space):
         push, where, active, before, state.last, counter, state.ledger, state.impulse,
         step,
     )  # fmt: skip
+
+
+@inlined
+def stay_open(state, where, active):
+    """Mark the contacts of a step, where[:active], as those of gaps that stay open.
+
+    That is so on a layer, in which tips sink. See `held` of `book_points`.
+    """
+    if len(state.entered) > 0:
+        now = len(state.lam) // 4 * (1 + state.counter[STEP] % 3)
+        for s in range(active):
+            state.lam[now + where[s]] = 0.0
 
 
 def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
@@ -500,6 +533,7 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
         spare, spectra, np.zeros(points), solver, out, again, opened,
         np.zeros((points + 1, 2)), np.zeros(len(rotor.casing)),
         np.zeros_like(state.ledger), np.zeros(len(rotor.support.which)), np.zeros(4),
+        layer_space.py_func(len(state.entered)),
     )  # fmt: skip
 
 

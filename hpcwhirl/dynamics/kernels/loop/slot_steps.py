@@ -19,7 +19,9 @@ from hpcwhirl.dynamics.kernels.contact import (
     LAST,
     NEAR,
     ROTATION,
+    SAMPLE,
     STEP,
+    angle_at,
     book_contacts,
     gap_at,
     note_slip,
@@ -28,6 +30,13 @@ from hpcwhirl.dynamics.kernels.contact import (
 )
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
+from hpcwhirl.dynamics.kernels.layer import (
+    close_from,
+    is_inside,
+    keep_depth,
+    layer_space,
+    press_rods,
+)
 from hpcwhirl.dynamics.kernels.loop.circulant import by_slots, circulant_space, solved
 from hpcwhirl.dynamics.kernels.loop.cyclic import read_before
 from hpcwhirl.dynamics.kernels.loop.passes import (
@@ -234,7 +243,7 @@ def work_of_slots(_rows, rotor, thrust, angle, moved, state, space):
 @does(touch, FlowRows)
 @does(touch, SlotRows)
 @inlined
-def touch_slots(rows, _rotor, _contact, wall, _mu, step, speed, _thrust, _angle, _every,
+def touch_slots(rows, _rotor, contact, wall, _mu, step, speed, _thrust, _angle, _every,
                 _looks, state, space):  # fmt: skip
     """Find the contact forces of a step, which stay pending until the next one.
 
@@ -254,9 +263,17 @@ def touch_slots(rows, _rotor, _contact, wall, _mu, step, speed, _thrust, _angle,
         lowest = gaps_if_near(
             spectrum, rows.wave, gap, k, wide, gaps, now, space.seen, space.skipped
         )
-    if not lowest < 0.0:
+    if not lowest < 0.0 and not is_inside(state.entered):
         return 0
-    active = solved(gaps, now * 2 * wide, lowest, blades, wide, solver)
+    if len(state.entered) > 0:
+        turned = angle_at(wall, speed, time) % (2.0 * math.pi)
+        started = angle_at(wall, speed, (counter[STEP] - 1) * step)
+        active = press_rods(
+            contact.rods, turned, started, speed, gaps, now * 2 * wide, lowest, state,
+            solver, space.layer,
+        )  # fmt: skip
+    else:
+        active = solved(gaps, now * 2 * wide, lowest, blades, wide, solver)
     if active > 0:
         if is_flow(rows) and is_shaped(wall):
             carried = carried_by_shape(
@@ -281,7 +298,8 @@ def keep_forces(rows, active, step, state, space):
         catch_up(rows.wave, k, wide, gaps, older, space.seen, space.skipped)
         row = older * 2 * wide
         read_before(gaps, row, where, active, len(state.last), wide, before)
-    if by_slots(active, solver):
+        close_from(state.entered, where, active, before)
+    if by_slots(active, solver) and len(state.entered) == 0:
         for c in range(0, 2 * k, FOUR):
             store(lam, c, load(solver.spectrum, c))
     else:
@@ -351,6 +369,8 @@ def sample_slots(rows, rotor, wall, mu, step, speed, state, space, keep, judge,
     counter, ledger, q, tips = state.counter, state.ledger, state.rotor, space.tips
     sums, radial, along, whole = state.sums_b, space.radial, space.along, space.ledger
     settle(rows, step, state, space)
+    if keep:
+        keep_depth(state.worn, counter[SAMPLE], tracks.worn)
     width = len(radial)
     traced = keep and len(tracks.tips) > 0
     if judge or traced:
@@ -410,4 +430,5 @@ def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
         np.zeros(2 * len(rotor.modes)), np.zeros_like(state.ledger),
         np.zeros(4),
         state._replace(rotor=state.rotor.copy(), counter=state.counter.copy()),
+        layer_space.py_func(len(state.entered)),
     )  # fmt: skip

@@ -12,7 +12,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from hpcwhirl.arrays import Floats, Integers
-from hpcwhirl.dynamics.kernels.kernel_types import ConstantSpace, CyclicState, Stand
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    ConstantSpace,
+    CyclicState,
+    LayerSpace,
+    Rods,
+    Stand,
+)
 
 FORCES = 4  # forces beside multipliers: cos, sin of the pulse; x, y on the centre
 
@@ -189,11 +195,13 @@ class PointsContact(NamedTuple):
         `circulant.folded`
     waves : (n, 2, 2 wide) flat, cos and sin of the n harmonics of the casing's shape at
         the points
+    rods : layer on the casing
     """
 
     w: Floats
     clear: Floats
     waves: Floats
+    rods: Rods
 
 
 class PointsSpace(NamedTuple):
@@ -216,6 +224,7 @@ class PointsSpace(NamedTuple):
     centre : (n,), the n amplitudes that the supports' force changes, before it acts
     bounds : (4,), m, bound of any point's motion in a step; 1 before any is known; N,
         the supports' force on the centre, x and y
+    layer : work space of `layer`
     """
 
     spare: Floats
@@ -230,6 +239,7 @@ class PointsSpace(NamedTuple):
     ledger: Floats
     centre: Floats
     bounds: Floats
+    layer: LayerSpace
 
 
 class SlotRows(NamedTuple):
@@ -350,9 +360,11 @@ class SlotContact(NamedTuple):
     """Constants of the contact of equal sectors.
 
     column : (N,), m/N, column 0 of the circulant Delassus matrix
+    rods : layer on the casing
     """
 
     column: Floats
+    rods: Rods
 
 
 class SlotSpace(NamedTuple):
@@ -370,6 +382,7 @@ class SlotSpace(NamedTuple):
     kicked : (4,), of the last step with a pulse and contact: re and im, m, of the
         motion along the casing by the pulse alone; number of the step; slot
     aside : for the exact scheme, a state with copies of the arrays that a jump changes
+    layer : work space of `layer`
     """
 
     spectrum: Floats
@@ -387,3 +400,4 @@ class SlotSpace(NamedTuple):
     ledger: Floats
     kicked: Floats
     aside: CyclicState
+    layer: LayerSpace

@@ -1,10 +1,9 @@
 """Time loop for a rotor and a casing of any kind: the paper's Algorithm 1.
 
 It serves scheme `paper`, and scheme `general` where the casing is integrated in the
-static frame: a ring of elements, a layer that wears, rotation that couples the rotor's
-modes, or several contact points a tip. What a step does to each body depends on how
-this is represented, by matrices or modes: see `verbs`. The rotor is in the rotating
-frame.
+static frame: a ring of elements, or rotation that couples the rotor's modes where its
+speed changes. What a step does to each body depends on how this is represented, by
+matrices or modes: see `verbs`. The rotor is in the rotating frame.
 """
 
 from __future__ import annotations
@@ -44,10 +43,10 @@ from hpcwhirl.dynamics.kernels.contact import (
     watch,
     write_sample,
 )
-from hpcwhirl.dynamics.kernels.kernel_types import LayerSpace
-from hpcwhirl.dynamics.kernels.oracle.layer import (
+from hpcwhirl.dynamics.kernels.layer import (
     closed_by,
     keep_depth,
+    layer_space,
     leave,
     press,
     to_worn,
@@ -177,18 +176,6 @@ def motion_of(q, d, loss):
     return Motion(
         q, d, loss, np.zeros_like(q), np.zeros_like(q), np.zeros_like(q),
         np.zeros_like(q),
-    )  # fmt: skip
-
-
-@by_numba()
-def layer_space(blades):
-    """Return new work arrays for the contact of N tips with a layer that wears.
-
-    See `layer`; blades : N
-    """
-    return LayerSpace(
-        np.zeros(blades, np.int64), np.zeros(blades, np.int64), np.zeros(blades),
-        np.zeros(blades), np.zeros(blades), np.zeros((blades, blades)),
     )  # fmt: skip
 
 

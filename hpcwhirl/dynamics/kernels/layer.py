@@ -19,14 +19,30 @@ from __future__ import annotations
 
 import math
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, rare
+import numpy as np
+
+from hpcwhirl.dynamics.kernels.compiled import by_numba, inlined, rare
 from hpcwhirl.dynamics.kernels.contact import WEAR, book_impact, complementarity
+from hpcwhirl.dynamics.kernels.keep_inverse import CHANGED, SIZE, SOUND, place_of
+from hpcwhirl.dynamics.kernels.kernel_types import LayerSpace
 
 # rows of `worn` in the state: worn depth, m; work of wear and of the rotation, J
 DEPTH, WORK, CUT = 0, 1, 2
 EQUAL = 1e-11  # tolerance of P(s) = multiplier, relative to the largest force
 ROUND = 1e-15  # relative round-off of the depth s of a tip
 ATTEMPTS, PATIENCE = 300, 20  # most Newton steps; steps after which they are halved
+
+
+@by_numba()
+def layer_space(blades):
+    """Return new work arrays for the contact of N tips with a layer that wears.
+
+    See `layer`; blades : N
+    """
+    return LayerSpace(
+        np.zeros(blades, np.int64), np.zeros(blades, np.int64), np.zeros(blades),
+        np.zeros(blades), np.zeros(blades), np.zeros((blades, blades)),
+    )  # fmt: skip
 
 
 @rare
@@ -157,9 +173,11 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
     blades = len(gaps)
     for j in range(blades):
         own.sunk[j] = -gaps[j]
+        for i in range(blades):
+            own.w[j, i] = w_rotor[j, i]
     for attempt in range(ATTEMPTS):
         for j in range(blades):
-            linearize(layer, softness, worn, gaps, w_rotor, own, j)
+            linearize(layer, softness, worn, gaps, w_rotor[j, j], own, j)
             space.have[j] = 0
         active = complementarity(
             own.shifted, own.w, compliance, index, shape, lam, opened, space
@@ -173,24 +191,23 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
 
 
 @rare
-def linearize(layer, softness, worn, gaps, w_rotor, own, j):
+def linearize(layer, softness, worn, gaps, give, own, j):
     """Replace the rods under tip j by a linear spring, for one step of Newton's method.
 
     The spring is the tangent of P(s), the force of the rods, at the tip's present depth
-    own.sunk[j]; the depth becomes s = lam / (dP/ds) + own.shifted - g. So row j of
-    own.w and own.shifted[j] are set. If the tip touches no rod, dP/ds is that of the
-    highest rod alone.
+    own.sunk[j]; the depth becomes s = lam / (dP/ds) + own.shifted - g. So own.w[j, j]
+    and own.shifted[j] are set. If the tip touches no rod, dP/ds is that of the highest
+    rod alone.
 
-    Arguments are those of `press`; j : number of the tip
+    Arguments are those of `press`
+    give, j : m/N, opening of the gap by a unit multiplier on it; number of the tip
     """
     force, slope = tip_force(layer, softness, worn, own.rod[j], own.sunk[j])
     offset = own.sunk[j]
     if slope == 0.0:
         offset, slope = highest(worn, own.rod[j], layer.under), 1.0 / layer.flex
-    for i in range(len(gaps)):
-        own.w[j, i] = w_rotor[j, i]
     own.give[j] = 1.0 / slope
-    own.w[j, j] += own.give[j]
+    own.w[j, j] = give + own.give[j]
     own.shifted[j] = gaps[j] + (offset - force * own.give[j])
 
 
@@ -327,3 +344,90 @@ def closed_by(older, opened, out):
     """
     for j in range(len(out)):
         out[j] = older[j] - opened[j]
+
+
+@inlined
+def is_inside(entered):
+    """Return whether a tip was below the unworn surface after the last step.
+
+    entered : see `kernel_types.CyclicState`; empty without a layer
+    """
+    lowest = 0.0
+    for j in range(len(entered)):
+        lowest = min(lowest, entered[j])
+    return lowest < 0.0
+
+
+@rare
+def press_rods(rods, turned, before, speed, gaps, row, lowest, state, solver, own):
+    """Find the forces of a step of all tips on the layer, and wear it.
+
+    Return the number of tips that press, the first ones of solver.push and
+    solver.where; 0 if none; -1 if no solution was found. It is a term of the time loop
+    `points`, where the Delassus matrix of both bodies is constant.
+
+    Parameters
+    ----------
+    rods : `kernel_types.Rods`
+    turned, before, speed : rad, angles of blade 0 at the end and at the start of the
+        step; Omega, rad/s
+    gaps, row : m, folded gaps to the unworn surface, from index `row` on: in without
+        contact, out with it
+    lowest : m, lowest of them; if it is not below 0, they need not be known
+    state, solver : `kernel_types.CyclicState`, whose rods, ledger and contacts change;
+        `kernel_types.ConstantSpace`
+    own : `kernel_types.LayerSpace`
+    """
+    layer, worn, entered, ledger = rods.layer, state.worn, state.entered, state.ledger
+    near, lam, opened = solver.near, solver.lam, solver.opened
+    blades, wide, active = len(entered), len(state.gaps) // 6, 0
+    for j in range(blades):
+        near[j] = gaps[row + place_of(j, blades, wide)] if lowest < 0.0 else 1.0
+        opened[j] = near[j]
+    pressed = to_worn(turned, before, rods, worn, layer.under, own, near) < 0.0
+    leave(layer, worn, entered, ledger, own)
+    if pressed:
+        softness = layer.soft + layer.rub * abs(speed)
+        active = press(
+            layer, softness, worn, near, rods.w, rods.none, rods.places, rods.shape,
+            lam, opened, solver.fallback, own,
+        )  # fmt: skip
+        if active < 0:
+            return active
+        wear(layer, softness, worn, lam, entered, ledger, own)
+        note_pressed(active, gaps, row, state.known, solver, blades, wide)
+    for j in range(blades):
+        entered[j] = min(opened[j], 0.0)
+    return active
+
+
+@inlined
+def note_pressed(active, gaps, row, known, solver, blades, wide):
+    """Write the solution of `press`: gaps with contact, multipliers, which tips press.
+
+    The kept inverse of the Delassus matrix is not theirs, and is marked so.
+
+    Arguments are those of `press_rods`; known : see `kernel_types.ConstantSpace`
+    """
+    push, where = solver.push, solver.where
+    for j in range(blades):
+        gaps[row + place_of(j, blades, wide)] = solver.opened[j]
+    for s in range(active):
+        push[s] = solver.lam[where[s]]
+        known[s] = where[s]
+    known[blades + SIZE], known[blades + SOUND], known[blades + CHANGED] = active, 0, 0
+
+
+@inlined
+def close_from(entered, where, active, before):
+    """Subtract from gaps of step n - 1 those of n + 1, which a layer leaves open, m.
+
+    The impact loss depends on the difference, see `contact.book_contacts`.
+
+    entered : gaps at step n + 1, see `kernel_types.CyclicState`; empty without a layer
+    where, active : the tips in contact are where[:active]
+    before : (N,), in and out
+    """
+    if len(entered) > 0:
+        for s in range(active):
+            before[where[s]] -= entered[where[s]]
