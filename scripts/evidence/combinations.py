@@ -5,16 +5,18 @@
     options: --write (the page combinations.md)  --quick (compare with no other scheme)
 
 Each feature is set on an engine of 11 blades for 3 ms, and each pair of features. A row
-tells the integrator; the processor's time over that of the engine without features,
-least of two marches after a first one, which holds some fixed cost of a march; and the
-largest difference of the tips from those of scheme `paper`, or `general` where `paper`
-refuses, over the largest displacement; or the reason of a refusal. `exact` has an error
-of another kind, of the step; a speed that changes has one of its intervals.
+tells the integrator; the time of a march, in one thread as in the program, over that of
+the engine without features, least of two after a first one, which holds some fixed cost
+of a march; and the largest difference of the tips from those of scheme `paper`, or
+`general` where `paper` refuses, over the largest displacement; or the reason of a
+refusal. `exact` has an error of another kind, of the step; a speed that changes has one
+of its intervals.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from itertools import combinations
@@ -24,6 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli.command import THREADS
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import apply_settings, named_scene
@@ -158,4 +161,7 @@ def main(words: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
+    if not set(THREADS) <= set(os.environ):  # else threads that wait take its time
+        alone = dict.fromkeys(THREADS, "1") | dict(os.environ)
+        os.execve(sys.executable, [sys.executable, *sys.argv], alone)
     sys.exit(main())

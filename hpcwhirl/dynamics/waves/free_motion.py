@@ -26,6 +26,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Strides, Tracks
 from hpcwhirl.dynamics.waves.flights import die_out
 
 BLOCK = 256  # samples evaluated at once
+FINE = 16  # samples between two whose factors are computed as exponentials
 
 
 class Start(NamedTuple):
@@ -187,7 +188,7 @@ class FreeMotion:
             (contact.JUDGED, strides.evidence, self._judge),
         ):
             first, ahead = int(counter[slot]), start.ahead(total, stride)
-            inside = a * np.exp(np.outer(ahead[:BLOCK], self.log))
+            inside = a * _powers(self.log, ahead[:BLOCK])
             for begun in range(0, len(ahead), BLOCK):
                 count = len(ahead[begun : begun + BLOCK])
                 here = inside[:count] * np.exp(stride * begun * self.log)
@@ -222,6 +223,19 @@ class FreeMotion:
         rows[:, contact.WAS_FED] = begun[contact.WAS_FED]
         rows[:, contact.WAS_RUBBED] = begun[contact.WAS_RUBBED]
         rows[:, contact.WAS_LOST] = start.to_lose - (rotor + casing)
+
+
+def _powers(log: Complexes, steps: Integers) -> Complexes:
+    """Return z^n of waves for numbers of steps n at equal distances, (n, waves).
+
+    Few are computed as exponentials; the others are products of two.
+
+    log, steps : (waves,), logarithms of z; (n,)
+    """
+    coarse = np.exp(np.outer(steps[::FINE], log))
+    fine = np.exp(np.outer(steps[:FINE] - steps[:1], log))
+    found = coarse[:, None] * fine
+    return np.asarray(found.reshape(-1, len(log))[: len(steps)])
 
 
 def _flushed(values: Floats) -> Floats:
