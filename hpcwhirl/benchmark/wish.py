@@ -1,20 +1,21 @@
 """What a user wants of a campaign's numbers, and the cheapest setting that gives it.
 
 A wish such as "radius 1 %" is met by a setting if nine in ten of the cases that were
-compared have a smaller error, in the worst of their twins. Cases that are sensitive
-have no such error and do not count.
+compared have a smaller error, in the worst of their twins. Cases whose number the
+reference itself does not know to half of it do not count.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from hpcwhirl.benchmark.numbers import NINE, quantile_of
-from hpcwhirl.benchmark.tradeoff import Row, Tradeoff
+from hpcwhirl.benchmark.tradeoff import Case, Row, Tradeoff
 from hpcwhirl.errors import InputError, nearest, shown
 
+Cases = Mapping[str, Case]
 WORDS = "words"
 # {what a user types: number in `NUMBERS`}
 NAMES = {
@@ -25,6 +26,7 @@ NAMES = {
     "area": "orbit_area",
     "growth": "growth_rate",
 }
+SURE = 0.5  # largest scatter of the reference of a case that is judged / wish
 FEWEST = 5  # cases without which a wish cannot be answered
 
 
@@ -41,21 +43,35 @@ class Wish:
     name: str
     most: float
 
-    def met(self, row: Row) -> bool:
-        """Return whether a row meets the wish."""
-        return self.error(row) <= self.most
+    def met(self, row: Row, cases: Cases) -> bool:
+        """Return whether a row meets the wish.
 
-    def error(self, row: Row) -> float:
+        row, cases : what was measured of a setting, and of each case
+        """
+        return self.error(row, cases) <= self.most
+
+    def error(self, row: Row, cases: Cases) -> float:
         """Return the error of a row below which nine in ten cases lie, or share lost.
 
-        It is infinite if the cases are too few to tell.
+        It is infinite if the cases are too few to tell. Parameters are those of `met`.
         """
         if self.name == WORDS:
             decided = row.same + row.changed
             return row.changed / decided if decided else math.inf
-        number = NAMES[self.name]
-        errors = [found[number] for found in row.of.values() if number in found]
+        errors = self.errors(row, cases)
         return quantile_of(errors, NINE).value if len(errors) >= FEWEST else math.inf
+
+    def errors(self, row: Row, cases: Cases) -> list[float]:
+        """Return the errors of a row in the cases that can be judged.
+
+        Parameters are those of `met`.
+        """
+        number = NAMES[self.name]
+        return [
+            found[number]
+            for name, found in row.of.items()
+            if number in found and cases[name].scatter[number] <= SURE * self.most
+        ]
 
 
 def wish_of(text: str) -> Wish:
@@ -91,7 +107,7 @@ def _share(text: str) -> float | None:
 def cheapest(found: Tradeoff, wishes: Sequence[Wish]) -> Row | None:
     """Return the row of least cost that meets all wishes and can be typed, or None."""
     rows = [row for row in found.rows if _can(row)]
-    good = [row for row in rows if all(wish.met(row) for wish in wishes)]
+    good = [row for row in rows if all(w.met(row, found.cases) for w in wishes)]
     return min(good, key=lambda row: row.cost, default=None)
 
 
@@ -104,6 +120,6 @@ def nearest_to(found: Tradeoff, wishes: Sequence[Wish]) -> Row:
     rows = [row for row in found.rows if _can(row)]
 
     def missed(row: Row) -> float:
-        return max(wish.error(row) / max(wish.most, 1e-9) for wish in wishes)
+        return max(w.error(row, found.cases) / max(w.most, 1e-9) for w in wishes)
 
     return min(rows, key=missed)

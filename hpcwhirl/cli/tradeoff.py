@@ -177,37 +177,47 @@ def _advice(
 ) -> dict[str, Any]:
     """Return what meets the wishes at the least cost, after writing it for --apply."""
     from hpcwhirl.benchmark.applied import write_setting
-    from hpcwhirl.benchmark.wish import cheapest, nearest_to
+    from hpcwhirl.benchmark.wish import cheapest
 
     row = cheapest(found, wishes)
     if row is None:
-        return {"options": None, "text": _missed(nearest_to(found, wishes), wishes)}
+        return {"options": None, "text": _missed(found, wishes)}
     if args.apply and row.inputs:
         write_setting(Path(args.scenes[0]), row)
-    return {"options": row.options, "cost": row.cost, "text": _met(args, row, wishes)}
+    return {
+        "options": row.options,
+        "cost": row.cost,
+        "text": _met(args, found, row, wishes),
+    }
 
 
-def _asked(wishes: list[Wish], row: Row) -> str:
+def _asked(found: Tradeoff, wishes: list[Wish], row: Row) -> str:
     from hpcwhirl.report.figures.pareto import percent
 
-    return ", ".join(f"{w.name} {percent(w.error(row))} (asked {percent(w.most)})"
+    return ", ".join(f"{w.name} {percent(w.error(row, found.cases))} (asked {percent(w.most)})"
                      for w in wishes)  # fmt: skip
 
 
-def _met(args: argparse.Namespace, row: Row, wishes: list[Wish]) -> str:
+def _met(
+    args: argparse.Namespace, found: Tradeoff, row: Row, wishes: list[Wish]
+) -> str:
     files = [name for name in args.scenes if is_campaign(name)]
     kind = "campaign" if files else "run"
     typed = " ".join(["hpcwhirl", kind, *(files or args.scenes)[:1], row.options])
     if args.apply:
         typed = f"hpcwhirl campaign {args.scenes[0]}   # [solver] of it was written"
     cost = f"{row.cost:.3g} times the cost of the file as it is"
-    return f"cheapest that meets it, {cost}: {_asked(wishes, row)}\n    {typed.strip()}"
+    asked = _asked(found, wishes, row)
+    return f"cheapest that meets it, {cost}: {asked}\n    {typed.strip()}"
 
 
-def _missed(row: Row, wishes: list[Wish]) -> str:
+def _missed(found: Tradeoff, wishes: list[Wish]) -> str:
+    from hpcwhirl.benchmark.wish import nearest_to
+
+    row = nearest_to(found, wishes)
     return (
         "no setting that was tried meets it, or too few cases can tell; nearest: "
-        f"{row.label}: {_asked(wishes, row)}"
+        f"{row.label}: {_asked(found, wishes, row)}"
     )
 
 

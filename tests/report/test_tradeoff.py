@@ -162,7 +162,8 @@ def test_a_wish_is_met_by_the_cheapest_of_nine_cases_in_ten():
     good, bad = [0.001] * 19 + [0.5], [0.001] * 16 + [0.5] * 4
     rows = [row("cheap", 0.1, 0.0, radius=bad), row("good", 0.2, 0.0, radius=good),
             row("dear", 0.3, 0.0, radius=good)]  # fmt: skip
-    found = tradeoff.Tradeoff(rows, {}, {})
+    sure = tradeoff.Case(1e-4, [], True, (), {"orbit_radius": 1e-4}, 1.0)
+    found = tradeoff.Tradeoff(rows, {str(n): sure for n in range(20)}, {})
     asked = wish_of("radius 1 %")
     assert asked == Wish("radius", 0.01)
     assert cheapest(found, [asked]).label == "good"

@@ -2,7 +2,7 @@
 
 Engines of 6 to 10 blades, each with a campaign of 24 cases over speed, friction and gap
 of 0.5 s. Of 12 drawn cases `tradeoff` chooses the cheapest setting for a peak of the
-tips within 3 %. On 12 other cases the peak must then be within 3 % of the reference in
+tips within 5 %. On 12 other cases the peak must then be within 5 % of the reference in
 at least nine of ten of those that have such an error, and no other setting that meets
 the wish there may cost less by a factor above 1.3. Engines for which no setting is
 named are not asked.
@@ -17,16 +17,15 @@ import numpy as np
 
 from hpcwhirl.benchmark.drawing import by_words, word_by_draft
 from hpcwhirl.benchmark.tradeoff import Row as Tried
-from hpcwhirl.benchmark.tradeoff import measure
+from hpcwhirl.benchmark.tradeoff import Tradeoff, measure
 from hpcwhirl.benchmark.trials import BOTH, settings_of
-from hpcwhirl.benchmark.wish import NAMES, Wish, cheapest
+from hpcwhirl.benchmark.wish import Wish, cheapest
 from hpcwhirl.campaign.plan.design import Design
 
 COUNT, LEAST = 30, 0.9
 REPEATS, DRAWN = 2, 12
 DEARER = 1.3
-WISH = Wish("peak", 0.03)
-NUMBER = NAMES[WISH.name]
+WISH = Wish("peak", 0.05)
 Row = dict[str, Any]
 
 
@@ -58,13 +57,13 @@ def judged(document: Row) -> Row:
     words = {n: word_by_draft(design.scene(n)) for n in range(len(design.settings))}
     first = by_words(words, DRAWN)
     rest = [n for n in words if n not in first]
-    settings = settings_of([BOTH])
+    settings = settings_of([BOTH, "step"])
     row = cheapest(measure(_scenes(design, first), settings, REPEATS), [WISH])
     if row is None:
         return {"held": None, "why": "no setting meets the wish"}
     found = measure(_scenes(design, rest), settings, REPEATS)
     own = next(other for other in found.rows if other.label == row.label)
-    share, cost = _share(own), own.cost / _least(found.rows)
+    share, cost = _share(own, found), own.cost / _least(found)
     good = share >= 0.9 and cost <= DEARER
     why = f"{row.label}: {share:.2f} of the cases, {cost:.2f} times the cheapest cost"
     return {"held": good, "why": why, "share": share, "cost": cost, "label": row.label}
@@ -74,11 +73,13 @@ def _scenes(design: Design, numbers: list[int]) -> dict[str, Any]:
     return {design.name(n): design.scene(n) for n in numbers}
 
 
-def _share(row: Tried) -> float:
-    errors = [found[NUMBER] for found in row.of.values() if NUMBER in found]
+def _share(row: Tried, found: Tradeoff) -> float:
+    errors = WISH.errors(row, found.cases)
     return float(np.mean([error <= WISH.most for error in errors])) if errors else 1.0
 
 
-def _least(rows: list[Tried]) -> float:
+def _least(found: Tradeoff) -> float:
     """Return the least cost of a setting that meets the wish; infinite for none."""
-    return min((row.cost for row in rows if _share(row) >= 0.9), default=math.inf)
+    return min(
+        (row.cost for row in found.rows if _share(row, found) >= 0.9), default=math.inf
+    )
