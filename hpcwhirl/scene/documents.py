@@ -38,7 +38,7 @@ from hpcwhirl.scene.plain_data import (
 )
 from hpcwhirl.scene.quantities import INPUTS
 from hpcwhirl.scene.rules import CHANGING
-from hpcwhirl.scene.shaft_tables import text_of
+from hpcwhirl.scene.shaft_tables import REFUSED, SUFFIXES, UNEQUAL, parsed, text_of
 from hpcwhirl.scene.swept import KEYS
 from hpcwhirl.scene.table_files import utf_8
 from hpcwhirl.scene.table_model import anchored
@@ -213,19 +213,35 @@ def _with_shaft(engine: Mapping[str, Any], folder: Path | str) -> dict[str, Any]
             own[target] = placed.pop(name)
     shaft = own.get("shaft")
     if isinstance(shaft, Mapping):
-        own["shaft"] = told_of("shaft", lambda: _shaft_line(shaft, own))
-    elif isinstance(shaft, str) and Path(shaft).suffix in {".toml", ".json"}:
+        own["shaft"] = told_of("shaft", lambda: _shaft_line(shaft, own, folder))
+    elif isinstance(shaft, str) and Path(shaft).suffix in SUFFIXES:
         own["shaft"] = _anchored(shaft, folder)
     return placed | {"rotor": own} if own else placed
 
 
-def _shaft_line(shaft: Mapping[str, Any], own: dict[str, Any]) -> str:
-    """Return the text of the shaft in a table; its station and modes become inputs."""
+def _shaft_line(
+    shaft: Mapping[str, Any], own: dict[str, Any], folder: Path | str
+) -> str:
+    """Return the text of the shaft in a table; its station and modes become inputs.
+
+    shaft, own : the table; inputs of the rotor, which are changed in place
+    folder : directory to which a relative name refers
+    """
     for name in ("station", "modes"):
         if name in shaft:
             own[f"shaft_{name}"] = shaft[name]
     rest = {k: v for k, v in shaft.items() if k not in {"station", "modes"}}
-    return text_of(rest, "[engine.shaft]")
+    unequal, file = rest.pop("unequal", REFUSED), rest.pop("file", None)
+    if unequal not in UNEQUAL:
+        told = f"unequal must be one of {', '.join(UNEQUAL)}, got {shown(unequal)}"
+        raise ValueError(told)
+    if file is None:
+        return text_of(rest, "[engine.shaft]", unequal)
+    if rest or not isinstance(file, str):
+        told = "with a file has only station, modes and unequal, got "
+        raise ValueError(f"{told}{', '.join(rest) or shown(file)}")
+    path = Path(_anchored(file, folder))
+    return text_of(parsed(path), path.name, unequal)
 
 
 def _anchored(file: str, folder: Path | str) -> str:

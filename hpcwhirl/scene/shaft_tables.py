@@ -12,7 +12,10 @@ A shaft line is a table with sections, disks and bearings at stations,
 or a rotor that ROSS has saved as TOML or JSON: its elements ShaftElement, DiskElement,
 BearingElement, SealElement and PointMass, whose nodes are the stations (R. Timbo et
 al., ROSS - Rotordynamic open source software, JOSS 2020). Bearings have the keys of
-`bearing_tables`. What is not modelled is refused by name.
+`bearing_tables`. What is not modelled is refused by name: also bearings that differ by
+direction, unless the table says unequal = "mean", which takes the mean of both
+directions, 2 k = k_xx + k_yy + i (k_yx - k_xy). In a table, file = "rotor.toml" names a
+file with the sections, disks and bearings.
 
 The text that a scene stores has the elements between nodes, see `structure.shaft`: a
 section is divided into elements no longer than its outer diameter, at most `MOST`. It
@@ -21,11 +24,10 @@ does not depend on the file later.
 
 from __future__ import annotations
 
-import itertools
 import json
 import math
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +36,10 @@ from hpcwhirl.scene.bearing_tables import OVER_WHIRL, WHIRL, rows_of
 from hpcwhirl.scene.kept_tables import must, read
 from hpcwhirl.scene.units import in_si
 
+SUFFIXES = ".toml", ".json"
 WORDS = "springs", "cantilever", "two bearings"
+REFUSED, MEAN, KEPT = "refused", "mean", "kept"
+UNEQUAL = REFUSED, MEAN
 MOST = 12  # elements of a section
 LEAST = 2  # elements of a section
 LONGEST = 400  # most elements of a shaft
@@ -72,13 +77,13 @@ def shaft_text(value: str) -> str:
     if value.startswith("{"):
         return _kept(json.loads(value))
     path = Path(value)
-    if path.suffix not in {".toml", ".json"}:
+    if path.suffix not in SUFFIXES:
         hint = nearest(value, WORDS)
         raise ValueError(
             f"must be {', '.join(WORDS)}, or a TOML or JSON file of a shaft, got "
             f"{shown(value)}{hint or ''}"
         )
-    return text_of(_parsed(path), path.name)
+    return text_of(parsed(path), path.name)
 
 
 def _kept(given: Mapping[str, Any]) -> str:
@@ -88,7 +93,8 @@ def _kept(given: Mapping[str, Any]) -> str:
     return json.dumps(given, separators=(",", ":"))
 
 
-def _parsed(path: Path) -> Mapping[str, Any]:
+def parsed(path: Path) -> Mapping[str, Any]:
+    """Return the table in a TOML or JSON file; ValueError if it cannot be read."""
     text = read(path)
     try:
         found = tomllib.loads(text) if path.suffix == ".toml" else json.loads(text)
@@ -98,14 +104,19 @@ def _parsed(path: Path) -> Mapping[str, Any]:
     return found
 
 
-def text_of(given: Mapping[str, Any], name: str) -> str:
+def text_of(given: Mapping[str, Any], name: str, unequal: str = REFUSED) -> str:
     """Return the text that a scene stores of a shaft line.
 
     given, name : parsed table of a user or of ROSS; its name in messages
+    unequal : what becomes of bearings that differ by direction, one of `UNEQUAL`
     """
     try:
         line = _of_ross(given) if _is_of_ross(given) else _of_table(given)
         _check(line)
+        if unequal == MEAN:
+            line["supports"] = _mean(line["supports"])
+        elif unequal == REFUSED:
+            _check_supports(line["supports"])
     except ValueError as failed:
         raise ValueError(f"{name}: {failed}") from None
     except (KeyError, TypeError) as failed:
@@ -363,10 +374,26 @@ def _check(line: Mapping[str, Any]) -> None:
     tubes = line["tubes"]
     must(len(tubes) <= LONGEST, f"it must have at most {LONGEST} elements")
     must(line["supports"], "it must have bearings")
-    numbers = itertools.chain(_numbers(line["tubes"]), _numbers(line["disks"]))
-    are_fit = all(math.isfinite(x) and x >= 0.0 for x in numbers)
+    ratios = [tube[9] for tube in tubes]  # Poisson's, < 0 where E < 2 G
+    must(all(-1.0 < nu < math.inf for nu in ratios), "its E and G must be > 0 Pa")
+    numbers = [x for row in (*tubes, *line["disks"]) for x in row]
+    are_fit = all(math.isfinite(x) and x >= 0.0 for x in numbers if x not in ratios)
     must(are_fit, "its numbers must be finite and >= 0")
-    _check_supports(line["supports"])
+
+
+def _mean(supports: list[list[Any]]) -> list[list[Any]]:
+    """Return supports that are the same in all directions, the mean of both."""
+    out = []
+    for at, to, rows in supports:
+        alike = []
+        for speed, *columns in rows:
+            means = []
+            for xx, xy, yx, yy in (columns[:4], columns[4:]):
+                cross = (xy - yx) / 2
+                means += [(xx + yy) / 2, cross, -cross, (xx + yy) / 2]
+            alike.append([speed, *means])
+        out.append([at, to, alike])
+    return out
 
 
 def _check_supports(supports: list[list[Any]]) -> None:
@@ -377,14 +404,7 @@ def _check_supports(supports: list[list[Any]]) -> None:
             told = (
                 f"bearing {i} differs by direction (kxx {kxx:g}, kyy {kyy:g}, kxy "
                 f"{kxy:g}, kyx {kyx:g}, cxx {cxx:g}, cyy {cyy:g}): that is modelled "
-                "only at the bladed disk, by stiffness_difference or bearing"
+                'only at the bladed disk, without a shaft; unequal = "mean" in '
+                "[engine.shaft] takes the mean"
             )
             must(is_round, told)
-
-
-def _numbers(value: Any) -> Iterator[float]:
-    if isinstance(value, list):
-        for one in value:
-            yield from _numbers(one)
-    else:
-        yield float(value)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
 import pytest
 
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.shaft_whirl import held_by, whirls
 from hpcwhirl.reduction.waves import wave_lines
 from hpcwhirl.scene import Rotor
-from hpcwhirl.scene.shaft_tables import text_of
+from hpcwhirl.scene.documents import scene_of_document
+from hpcwhirl.scene.shaft_tables import shaft_text, text_of
+from hpcwhirl.structure import bladed_disk
 from hpcwhirl.structure.shaft import ShaftDisk, ShaftLine, line_of
 
 LIGHT, RIGID = 1e-4, 1e12  # kg/m^3, N/m
@@ -67,11 +71,6 @@ def test_shaft_modes_tend_to_those_of_a_rigid_disk_as_blades_stiffen(speed):
     """Frequencies and growth beside those of the unreduced line with a rigid disk."""
     own = rotor(table(), young=2.1e18, shaft_station=3, shaft_modes=12)
     line = line_of(own.shaft)
-    model = rotor_model(own, 7, "full")
-    mount_free = rotor_model(own.model_copy(update={"young": 2.1e18}), 7, "full")
-    assert mount_free is model
-    from hpcwhirl.structure.bladed_disk import bladed_disk
-
     disk = bladed_disk(own)
     moved = np.zeros(len(disk.mass))
     for j in range(own.blades):  # a translation of the whole disk along x
@@ -108,3 +107,111 @@ def test_a_rotor_taken_as_a_whole_has_the_waves_of_equal_sectors():
     low = np.abs(one[:, 0]) < 4000.0  # above, the two bases differ
     assert low.sum() > 8
     assert two[low] == pytest.approx(one[low], rel=2e-4, abs=0.01)
+
+
+def saved_by_ross(**changes: Any) -> dict[str, Any]:
+    """Return a rotor as ROSS 2 saves it: two elements, a disk, a bearing, a seal.
+
+    A pedestal stands below the bearing at node 2.
+    """
+    material = {"name": "Steel", "rho": 7810.0, "E": 2.11e11, "G_s": 8.12e10}
+    element = {
+        "L": 0.25, "idl": 0.0, "odl": 0.05, "idr": 0.0, "odr": 0.05, "axial_force": 0,
+        "torque": 0, "shear_effects": True, "rotary_inertia": True,
+        "gyroscopic": True, "shear_method_calc": "cowper", "alpha": 0.0, "beta": 0.0,
+        "material": material,
+    }  # fmt: skip
+    bearing = {key: [0] for key in ("kxy", "kyx", "cxy", "cyx", "mxx", "myy", "kzz")}
+    bearing |= {"kxx": [1e7], "kyy": [1e7], "cxx": [200.0], "cyy": [200.0]}
+    return {
+        "ross_version": "2.3.0", "parameters": {},
+        "ShaftElement_a": element | {"n": 0, "tag": "a"},
+        "ShaftElement_b": element | {"n": 1, "odr": 0.06, "tag": "b"},
+        "DiskElement_d": {"n": 1, "m": 3.0, "Id": 0.01, "Ip": 0.02, "tag": "d"},
+        "BearingElement_left": bearing | {"n": 0, "tag": "left"},
+        "SealElement_right": bearing
+        | {"n": 2, "tag": "right", "n_link": 3, "frequency": [0.0, 500.0],
+           "kxx": [1e7, 2e7], "kyy": [1e7, 2e7], "cxx": [2e2, 1e2],
+           "cyy": [2e2, 1e2], "kxy": [0, 0],
+           "kyx": [0, 0], "cxy": [0, 0], "cyx": [0, 0]},
+        "BearingElement_foot": bearing | {"n": 3, "tag": "foot"},
+        "PointMass_p": {"n": 3, "m": 5.0, "mx": 5.0, "my": 5.0, "tag": "p"},
+    } | changes  # fmt: skip
+
+
+def test_a_rotor_saved_by_ross_is_read_whole(tmp_path):
+    path = tmp_path / "rotor.json"
+    path.write_text(json.dumps(saved_by_ross()))
+    line = line_of(shaft_text(str(path)))
+    assert (line.nodes, line.size, line.pedestals) == (3, 7, (5.0,))
+    assert line.disks == (ShaftDisk(1, 3.0, 0.02, 0.01),)
+    assert [(own.at, own.to, len(own.rows)) for own in line.supports] == [
+        (0, -1, 1), (6, -1, 1), (4, 6, 2),
+    ]  # fmt: skip
+    assert line.tubes[1].outer == (0.05, 0.06)
+    document = {"engine": {"rotation": "full", "shaft": str(path), "station": 1}}
+    rotor = scene_of_document(document).engine.rotor
+    assert (rotor.shaft_station, line_of(rotor.shaft)) == (1, line)
+    growth = static_lines(rotor.model_copy(update=FAN), 200.0)[:, 1]
+    assert (growth < 1e-6).all()
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"GearElement_g": {"n": 1}}, "'GearElement_g' is not modelled"),
+        ({"MagneticBearingElement_m": {}}, "'MagneticBearingElement_m' is not"),
+        ({"ShaftElement_a": {"axial_force": 9.0}}, "axial_force = 9.0 is not modelled"),
+        ({"ShaftElement_a": {"beta": 1e-5}}, "beta = 1e-05 is not modelled"),
+        ({"BearingElement_left": {"kyy": [2e7]}}, "bearing 1 differs by direction"),
+        ({"BearingElement_left": {"mxx": [2.0]}}, "added mass is not modelled"),
+        ({"DiskElement_d": {"n": 9}}, "'d' must be at a node of the shaft, 0 to 2"),
+        ({"PointMass_p": {"n": 4}}, "linked to node 3, which has no PointMass"),
+        ({"ShaftElement_b": {"n": 4}}, "must follow each other from node 0"),
+    ],
+)
+def test_what_a_rotor_of_ross_has_that_is_not_modelled_is_refused(
+    tmp_path, changed, told
+):
+    given = saved_by_ross()
+    for name, values in changed.items():
+        given[name] = given.get(name, {}) | values
+    path = tmp_path / "rotor.json"
+    path.write_text(json.dumps(given))
+    with pytest.raises(InputError, match=f"shaft: rotor.json: .*{told}") as caught:
+        scene_of_document(
+            {"engine": {"rotation": "full", "shaft": "rotor.json"}}, folder=tmp_path
+        )
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_unequal_bearings_are_taken_at_their_mean_where_a_table_asks_for_it(tmp_path):
+    unequal = {"kyy": [3e7], "kxy": [4e6], "kyx": [1e6]}
+    given = saved_by_ross()
+    given["BearingElement_left"] |= unequal
+    (tmp_path / "rotor.json").write_text(json.dumps(given))
+    shaft = {"file": "rotor.json", "station": 2, "unequal": "mean"}
+    document = {"engine": {"rotation": "full", "shaft": shaft}}
+    rotor = scene_of_document(document, folder=tmp_path).engine.rotor
+    assert line_of(rotor.shaft).supports[0].rows[0][1:5] == (2e7, 1.5e6, -1.5e6, 2e7)
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"bearing": []}, "unknown key 'bearing'"),
+        ({"bearings": []}, "it must have bearings"),
+        ({"sections": [{"length": 1.0}]}, "section 1 must have a length and outer"),
+        ({"bearings": [{"station": 7, "kxx": 1.0}]}, "station from 0 to 3, got 7"),
+        ({"disks": [{"station": 1, "mass": -1.0}]}, "mass must be a number >= 0"),
+        ({"density": "heavy"}, "density"),
+        ({"station": 8}, "shaft_station must be 0 to 3"),
+        ({"bearings": [{"station": 0, "kxx": 1e7}]}, "leave a motion free"),
+        ({"unequal": "both"}, "unequal must be one of refused, mean"),
+    ],
+)
+def test_a_wrong_table_of_a_shaft_is_refused_in_one_line(changes, told):
+    document = {"engine": {"rotation": "full", "shaft": table(**changes)}}
+    with pytest.raises(InputError, match=told) as caught:
+        rotor_model(scene_of_document(document).engine.rotor, 30, "full")
+    assert len(str(caught.value).splitlines()) == 1
