@@ -1,7 +1,9 @@
 """Ledger of the checks that continuous integration leaves out: scripts/last_run.md.
 
-    python scripts/last_run.py              tell which are older than what they judge
-    python scripts/last_run.py NAME RESULT  note that a check has ended
+    python scripts/last_run.py [NAME RESULT]
+
+Without arguments it tells which checks are older than what they judge; with two it
+notes that the check NAME has ended with RESULT.
 
 scripts/evidence.sh and scripts/test_cluster.sh note their runs, scripts/check tells
 what is old. A check is old where a file that it judges has changed since, by content: a
@@ -17,6 +19,8 @@ import sys
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
+
+from common import parser_of
 
 TOP = Path(__file__).parents[1]
 LEDGER = TOP / "scripts/last_run.md"
@@ -137,6 +141,9 @@ def told(rows: dict[str, Run]) -> list[str]:
 
 def main(words: list[str]) -> int:
     """Note a check that has ended, or tell which are old; return the exit code."""
+    parser = parser_of(__doc__)
+    parser.add_argument("given", nargs="*", metavar="NAME RESULT")
+    words = parser.parse_args(words).given
     if not words:
         print("\n".join(told(ledger())))
         return 0

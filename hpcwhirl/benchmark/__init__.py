@@ -1,6 +1,6 @@
 """Benchmarks: time of a time step, and cost and error of solver settings.
 
-`bench` and `sizes` are for `hpcwhirl bench`. For `hpcwhirl tradeoff`, `trials` holds
+`bench` is for `hpcwhirl bench`. For `hpcwhirl tradeoff`, `trials` holds
 the settings to compare, `drawing` draws cases of a campaign, `tradeoff` measures,
 `numbers` compares, `wish` chooses a setting, `applied` writes it to a file.
 """

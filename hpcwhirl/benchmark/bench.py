@@ -5,6 +5,7 @@ A request names a scene and a scheme; a march is the integration whose steps are
 
 from __future__ import annotations
 
+import math
 import statistics
 import time
 from collections.abc import Sequence
@@ -17,7 +18,6 @@ from hpcwhirl.case.profile import is_round
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.speed import changes
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP, TOUCHED
-from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add, total_again
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
@@ -31,11 +31,10 @@ OPERATION: dict[str, dict[str, float | str]] = {  # {name of a variant: its inpu
     "casing not round": {"profile": "harmonic,amplitude,phase;2,1e-6,0;3,5e-7,1"},
     "layer that wears": {"contact_law": "archard"},
 }
+UNEVEN = 0.03  # relative amplitude of the blades' Young's moduli, if mistuned
 FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
 FAR = 1.0  # m, a gap that no blade closes
 STEPS = 5_000  # steps timed in each repeat, always from the same state
-ROUNDS = 200_000  # iterations of the peak measurement; they take some 10 ms
-READ = 2e8  # bytes read in a measurement of bandwidth
 
 
 @dataclass(frozen=True)
@@ -214,6 +213,14 @@ def in_operation(scene: Scene) -> dict[str, Scene]:
     return {name: apply_settings(scene, own) for name, own in OPERATION.items()}
 
 
+def pattern(blades: int) -> list[float]:
+    """Return the mistuning of an engine with unequal blades, for timings.
+
+    They are relative changes of Young's modulus, one for each of N = `blades` blades.
+    """
+    return [UNEVEN * math.sin(7.0 * j) for j in range(blades)]
+
+
 def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
     """Return how much a feature, such as rotation, lengthens a step: ratios of times.
 
@@ -262,39 +269,6 @@ def step_times(flight: Timing, mixed: Timing) -> tuple[float, float]:
     """
     first = flight.microseconds_per_step
     return first, first + (mixed.microseconds_per_step - first) / mixed.contact
-
-
-def fma_peak(repeats: int) -> float:
-    """Measure the highest rate at which a core computes multiply-adds, GFLOP/s.
-
-    A multiply-add counts as two operations.
-
-    repeats : number of measurements, of which the fastest counts
-    """
-    values = np.linspace(0.0, 1.0, CHAINS)
-    multiply_add(1, values, 0.5, 0.5)
-    spent = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        multiply_add(ROUNDS, values, 0.5, 0.5)
-        spent.append(time.perf_counter() - start)
-    return 2e-9 * CHAINS * ROUNDS / min(spent)
-
-
-def read_bandwidth(size: float) -> float:
-    """Measure the rate, GB/s, at which a core reads an array again and again.
-
-    size : bytes of the array
-    """
-    values = np.ones(max(int(size) // 32, 16) * 4)
-    rounds = max(int(READ / values.nbytes), 1)
-    total_again(1, values)
-    spent = []
-    for _ in range(3):
-        start = time.perf_counter()
-        total_again(rounds, values)
-        spent.append(time.perf_counter() - start)
-    return 1e-9 * values.nbytes * rounds / min(spent)
 
 
 def bytes_of(scene: Scene, scheme: str) -> int:

@@ -10,11 +10,8 @@ import sys
 import tempfile
 import time
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import add_scene, print_json, scene_of
@@ -30,12 +27,6 @@ CASES: tuple[dict[str, float | int], ...] = (
     {"speed": 420.0},
     {"speed": 520.0, "gap": 1e-3, "nodal_diameter": 2},
 )
-COUNTED = (DEFAULT,)  # schemes whose floating-point operations are counted
-POINTS = 3  # contact points per tip of an engine that has several
-TWIST = 0.3  # relative change of radial motion from the middle of a chord to its end
-CHORD = {  # places of one end, the middle and the other end: m, rad, m
-    "station": [-0.02, 0.0, 0.02], "angle": [-0.01, 0.0, 0.01], "gap": [2e-6, 0.0, 4e-6]
-}  # fmt: skip
 START = (
     "import sys\n"
     "from hpcwhirl.case.resolve import resolve\n"
@@ -61,10 +52,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--repeats N",
         "number of timed repetitions (default 9)", default=9)
     add_option(parser, "--cases", "also time whole cases, one for each regime")
-    add_option(parser, "--sizes N",
-        "instead, time the default scheme with N equal and N unequal blades (default "
-        "22 44 88 176), up to 44 also with three contact points per tip, and print "
-        "which fraction of the machine's limits it reaches", type=int, nargs="*")
     add_option(parser, "--compile",
         "also time the starts of processes: the first ever, which compiles, the first "
         "with another model size, and the next one; takes minutes, since each of the "
@@ -74,15 +61,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Time a step of each scheme on this core, and print the times.
 
-    With --sizes it times engines of several numbers of blades instead. Returns the exit
-    code
+    Returns the exit code
     """
     if args.repeats < 1:
         raise InputError(f"--repeats must be >= 1, got {args.repeats}")
     scene = scene_of(args.scene, args.settings)
     scene = apply_settings(scene, {"plan": "everything"})  # leave out no step
-    if args.sizes is not None:
-        return _sizes(scene, args)
     facts = facts_of(scene, args.repeats)
     if args.cases:
         facts["cases"] = whole_cases(scene)
@@ -99,32 +83,10 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _sizes(scene: Scene, args: argparse.Namespace) -> int:
-    from hpcwhirl.benchmark import bench, sizes
-
-    chosen = args.sizes or sizes.SIZES
-    if min(chosen) < 1:
-        raise InputError(f"--sizes takes numbers of blades >= 1, got {min(chosen)}")
-    peak = bench.fma_peak(args.repeats)
-    with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as folder:
-        several = partial(with_points, Path(folder))
-        rows = sizes.rows_of(scene, chosen, args.repeats, peak, [several])
-    if args.json:
-        print_json({"fma_peak_gflops": peak, "rows": [asdict(row) for row in rows]})
-        return 0
-    head, *lines = sizes.table(rows)
-    for words in (head, ["---"] * len(head), *lines):
-        print(f"| {' | '.join(words)} |")
-    print("", *sizes.over_single(rows), *sizes.doubts(rows), sep="\n")
-    print(f"\nMeasured peak of multiply-adds: {peak:.1f} GFLOP/s.")
-    return 0
-
-
 def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     """Time a step of each scheme; return the numbers that `bench` prints, by name.
 
-    They are times of a step on the scene's engine and its variants, rates of
-    floating-point operations without contact, and the measured peak rate of a core.
+    They are times of a step on the scene's engine and its variants.
 
     Parameters
     ----------
@@ -132,24 +94,16 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     repeats : number of times that each timing is repeated
     """
     from hpcwhirl.benchmark import bench
-    from hpcwhirl.benchmark.sizes import counts_of
 
-    peak = bench.fma_peak(repeats)
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as folder:
         engines = engines_of(scene, Path(folder)) | bench.in_operation(scene)
         asked = bench.rows_of(scene, engines)
         timings = bench.time_steps(asked, repeats)
     rows = [asdict(timing) for timing in timings]
-    facts: dict[str, Any] = {"rows": rows, "fma_peak_gflops": peak}
+    facts: dict[str, Any] = {"rows": rows}
     facts["over_none"] = bench.over_none(timings)
     facts["modal_tail_ratio"] = bench.tail_ratio(scene, repeats)
-    for scheme in COUNTED:
-        flight = next(r for r in rows if r["scheme"] == scheme)["microseconds_per_step"]
-        march = bench.settled(scene, scheme, contact=False)
-        operations = counts_of(march).operations
-        facts[f"{scheme}_bytes"] = bench.bytes_of(scene, scheme)
-        facts[f"{scheme}_operations_in_flight"] = operations
-        facts[f"{scheme}_gflops_in_flight"] = 1e-3 * operations / flight
+    facts[f"{DEFAULT}_bytes"] = bench.bytes_of(scene, DEFAULT)
     return facts
 
 
@@ -164,8 +118,7 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
     scene : a scene with a built-in engine
     folder : directory in which engine files are written
     """
-    from hpcwhirl.benchmark.bench import FULL
-    from hpcwhirl.benchmark.sizes import pattern
+    from hpcwhirl.benchmark.bench import FULL, pattern
     from hpcwhirl.case.resolve import resolve
     from hpcwhirl.cli.export_model import arrays_of
     from hpcwhirl.store.hdf5 import write_arrays
@@ -183,44 +136,6 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
         engines[FULL] = apply_settings(scene, full)
         engines[f"{FULL}, mistuned"] = apply_settings(mistuned, full)
     return engines
-
-
-def with_points(folder: Path, scene: Scene, points: int = POINTS) -> Scene:
-    """Return the scene with an engine from file that has several contact points a tip.
-
-    The file is written from the scene's engine. The points are spread evenly over the
-    chord; two are one end and the middle. As if blades twisted, one end of a tip moves
-    radially by the fraction `TWIST` less than the middle, the other end by as much
-    more; the reverse in modes of odd rank.
-
-    folder, points : directory in which the file is written; number of points of a tip
-    """
-    from hpcwhirl.case.resolve import resolve
-    from hpcwhirl.cli.export_model import arrays_of
-    from hpcwhirl.store.hdf5 import write_arrays
-
-    body = (model := resolve(scene).model).rotor
-    arrays = arrays_of(model)
-    names = "omega", "damping_ratio", "modal_centre"
-    out = {f"rotor/{name}": arrays[f"rotor/{name}"] for name in names}
-    sign = np.where(body.rank % 2, -1.0, 1.0)
-    ends = -1.0, 0.0, 1.0
-    along_chord = np.linspace(-1.0, 1.0 if points > 2 else 0.0, points)
-    twist = 1.0 + TWIST * np.outer(along_chord, sign)
-    radial, along = (
-        arrays[f"rotor/modal_tip_{name}"] for name in ("radial", "tangential")
-    )
-    out |= {
-        "rotor/modal_tip_radial": radial[:, None] * twist,
-        "rotor/modal_tip_tangential": np.repeat(along[:, None], points, axis=1),
-        **{
-            f"rotor/tip_{name}": np.interp(along_chord, ends, place)
-            for name, place in CHORD.items()
-        },
-    }
-    path = folder / f"{len(list(folder.iterdir()))}.h5"
-    write_arrays(path, out, {})
-    return apply_settings(scene, {"mistuning": [], "file": str(path)})
 
 
 def whole_cases(scene: Scene) -> list[dict[str, Any]]:
@@ -301,27 +216,14 @@ def _show(facts: dict[str, Any]) -> None:
             f"{row['microseconds_per_step']:.3f}", f"{row['spread']:.0%}",
         )  # fmt: skip
     console.print(table)
-    for scheme in COUNTED:
-        share = facts[f"{scheme}_gflops_in_flight"] / facts["fma_peak_gflops"]
-        console.print(
-            f"{scheme} in flight: {facts[f'{scheme}_operations_in_flight']} operations "
-            f"a step, {facts[f'{scheme}_gflops_in_flight']:.1f} GFLOP/s, {share:.0%} "
-            f"of the measured peak of {facts['fma_peak_gflops']:.1f}; "
-            f"{facts[f'{scheme}_bytes']} bytes of state and operators"
-        )
     console.print(
-        f"peak memory of the process {facts['peak_memory_mb']:.0f} MB; a step of a "
+        f"{facts[f'{DEFAULT}_bytes']} bytes of state and operators ({DEFAULT}), peak "
+        f"memory of the process {facts['peak_memory_mb']:.0f} MB; a step of a "
         f"decayed motion takes {facts['modal_tail_ratio']:.2f} times as long as that "
         "of a large one"
     )
-    for name, over in facts["over_none"].items():
-        (with_it, without), (many, few) = over["shares"], over["touching"]
-        console.print(
-            f"{name}: a step in flight takes {over['in_flight']:.2f} times as long as "
-            f"without this feature, a step in contact {over['in_contact']:.2f} times "
-            f"({with_it:.0%} of the timed steps, {many:.1f} blades touching; without "
-            f"it {without:.0%}, {few:.1f})"
-        )
+    if facts["over_none"]:
+        console.print(_table_of_features(facts["over_none"]))
     for case in facts.get("cases", []):
         console.print(
             f"{case['speed']:g} rad/s, gap {1e3 * case['gap']:g} mm, {case['scheme']}: "
@@ -330,6 +232,23 @@ def _show(facts: dict[str, Any]) -> None:
         )
     if "starts" in facts:
         console.print(_table_of_starts(facts["starts"]))
+
+
+def _table_of_features(features: dict[str, dict[str, Any]]) -> Any:
+    """Return a table with a row a feature: how much it lengthens a step."""
+    from rich.table import Table
+
+    table = Table(
+        "feature", "in flight", "in contact", "steps in contact", "blades touching",
+        caption="times of a step, and shares of steps, with the feature over without",
+    )  # fmt: skip
+    for name, over in features.items():
+        (with_it, without), (many, few) = over["shares"], over["touching"]
+        table.add_row(
+            name, f"{over['in_flight']:.2f}", f"{over['in_contact']:.2f}",
+            f"{with_it:.0%} / {without:.0%}", f"{many:.1f} / {few:.1f}",
+        )  # fmt: skip
+    return table
 
 
 def _table_of_starts(starts: list[dict[str, Any]]) -> Any:

@@ -239,7 +239,7 @@ def in_shown(name: str) -> tuple[str, float]:
 
 
 def _show(facts: dict[str, Any]) -> None:
-    from hpcwhirl.cli.margin import setting_text
+    from hpcwhirl.cli.setting_text import setting_text
 
     low, high = (setting_text("force", facts.pop(side)) for side in ("low", "high"))
     words = facts.pop("word_low"), facts.pop("word_high")

@@ -17,7 +17,7 @@ MOST_POINTS = 3  # most contact points per tip for which times of steps were mea
 
 @dataclass(frozen=True)
 class StepTimes:
-    """Computing time of a time step, us, fitted to `hpcwhirl bench --sizes`.
+    """Computing time of a time step, us, fitted to `python scripts/cost/sizes.py`.
 
     The fields are coefficients. With N blades, a step without contact takes
     flight (N / 22)^grows; one with t blades in contact takes contact (N / 22)^rises +

@@ -3,7 +3,7 @@
     python scripts/cost/step_costs.py [--sizes 22 57 ...] [--points 2 3] [--repeats N]
         [--write]
 
-Motions are those of `hpcwhirl bench --sizes`, and equal sectors by the other schemes;
+Motions are those of `scripts/cost/sizes.py`, and equal sectors by the other schemes;
 foretold from number of blades, share of steps in contact and blades touching, relative
 to the median of the run, as a campaign learns how fast its machine is. For `modal`, 36
 and 57 blades with one contact point a tip were not fitted; several points, with which
@@ -23,9 +23,7 @@ from typing import NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import parser_of, table, tell
-
-from hpcwhirl.benchmark.bench import Timing, settled_all, time_marches
-from hpcwhirl.benchmark.sizes import (
+from cost.sizes import (
     CYCLIC,
     FLIGHT,
     GIVEN,
@@ -33,8 +31,10 @@ from hpcwhirl.benchmark.sizes import (
     UNEQUAL,
     asked_of,
     requests_of,
+    with_points,
 )
-from hpcwhirl.cli.bench import with_points
+
+from hpcwhirl.benchmark.bench import Timing, settled_all, time_marches
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
 

@@ -32,13 +32,13 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.campaign.simulate import simulate
-from hpcwhirl.cli.bench import with_points
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, named_scene, preset_inputs
 from hpcwhirl.scene.words import word_of
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import kept, parser_of, share, table, tell, working_folder
+from cost.sizes import with_points
 from evidence.preset_map import inputs_of
 
 PAGE = Path(__file__).with_suffix(".md")

@@ -5,7 +5,6 @@ import json
 import re
 import shutil
 import tomllib
-from types import SimpleNamespace
 
 import h5py
 import made_up
@@ -15,7 +14,7 @@ from scipy.linalg import eigh
 
 from hpcwhirl import open_results
 from hpcwhirl.analysis.regimes import Thresholds
-from hpcwhirl.benchmark import bench, sizes
+from hpcwhirl.benchmark import bench
 from hpcwhirl.benchmark.bench import OPERATION, OWN, Timing, over_none
 from hpcwhirl.cli import bench as bench_command
 from hpcwhirl.cli import main, options, tables
@@ -342,8 +341,7 @@ def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
     for ratios in over.values():  # coupled modes took 150 times as long
         assert max(ratios["in_flight"], ratios["in_contact"]) < 20.0
         assert all(0.0 < share <= 1.0 for share in ratios["shares"])
-    # which is larger, one repeat on a busy machine cannot tell
-    assert min(found["modal_gflops_in_flight"], found["fma_peak_gflops"]) > 0
+    assert found["modal_bytes"] > 0
 
 
 def test_bench_tells_of_each_scheme_that_it_compiles_anew(capsys, monkeypatch):
@@ -363,39 +361,6 @@ def test_bench_compares_no_features_where_no_blade_touches():
     assert over_none(rows) == {}
     rows += [Timing("modal", OWN, 0.5, 3.0, 0.3, 0.0)]
     assert over_none(rows) == {}  # without, but not with
-
-
-def test_bench_by_sizes_doubts_limits_that_a_step_exceeds():
-    assert sizes.doubts([SimpleNamespace(peak=0.4, bandwidth=1.0)]) == []
-    (line,) = sizes.doubts([SimpleNamespace(peak=0.2, bandwidth=4.98)])
-    assert "the machine was busy" in line
-
-
-@pytest.mark.usefixtures("shorter")
-def test_bench_by_sizes_counts_more_where_more_blades_touch(facts):
-    found = facts("bench", "--sizes", "7", "--json", "--repeats", "1")
-    every = {
-        (r["points"], r["sectors"], r["timing"]["scheme"], r["motion"]): r
-        for r in found["rows"]
-    }
-    assert len(every) == len(found["rows"]) == 8 + 6  # of one point and of three
-    rows = {tuple(rest): row for (points, *rest), row in every.items() if points == 1}
-    for row in rows.values():
-        assert row["timing"]["microseconds_per_step"] > 0.0
-    for sectors in ("equal", "unequal"):
-        flight, rubs = (rows[sectors, "modal", m] for m in ("in flight", "rubs"))
-        assert flight["timing"]["contact"] == 0.0 < rubs["timing"]["contact"]
-        for name in ("operations", "bytes"):
-            assert 0.0 < flight["counts"][name] < rubs["counts"][name]
-    assert rows["unequal", "modal", "all press"]["timing"]["touching"] == 7.0
-
-
-def test_bench_by_sizes_without_numbers_is_of_the_usual_ones(facts, monkeypatch):
-    asked = []
-    monkeypatch.setattr(bench, "fma_peak", lambda _: 1.0)
-    monkeypatch.setattr(sizes, "rows_of", lambda *given: asked.append(given[1]) or [])
-    assert facts("bench", "--sizes", "--json")["rows"] == []
-    assert asked == [sizes.SIZES]
 
 
 @pytest.mark.parametrize("traces", ["orbit", "summary"])

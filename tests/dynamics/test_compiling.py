@@ -12,13 +12,13 @@ import sys
 
 import numpy as np
 import pytest
+from cost.sizes import fma_peak
 from launch import ROOT, python
 from llvmlite.binding import ModuleRef
 from numba import njit
 from numba.core.errors import TypingError
 from rich.console import Console
 
-from hpcwhirl.benchmark.bench import fma_peak
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import bench
 from hpcwhirl.dynamics import kernel_cache

@@ -1,41 +1,65 @@
 """Time of a step by number of blades, compared with the peak rates of the machine.
 
+    python scripts/cost/sizes.py [SCENE] [--sizes N ...] [--repeats N] [--json]
+
 Four motions are timed: one far from the casing, that of the scene as given, one with
 contact in every step and, for unequal sectors, one in which all blades press on the
 casing. With few blades, the first three are also timed for several points a tip.
+Operations and bytes are those of the default scheme: which fraction of the measured
+rates of a core it reaches.
 """
 
 from __future__ import annotations
 
-import math
+import json
+import sys
+import tempfile
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
 from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import parser_of
 
 from hpcwhirl.benchmark.bench import (
     Asked,
     Timing,
-    read_bandwidth,
+    pattern,
     settled_all,
     step_times,
     time_marches,
 )
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli.export_model import arrays_of
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
 from hpcwhirl.dynamics.kernels.loop import wave_types
 from hpcwhirl.dynamics.kernels.loop.transform import products, span_of
+from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add, total_again
 from hpcwhirl.dynamics.kernels.vectors import FOUR, widths
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.scene.schemes import DEFAULT
+from hpcwhirl.store.hdf5 import write_arrays
 
+ROUNDS = 200_000  # iterations of the peak measurement; they take some 10 ms
+READ = 2e8  # bytes read in a measurement of bandwidth
+POINTS = 3  # contact points per tip of an engine that has several
+TWIST = 0.3  # relative change of radial motion from the middle of a chord to its end
+CHORD = {  # places of one end, the middle and the other end: m, rad, m
+    "station": [-0.02, 0.0, 0.02], "angle": [-0.01, 0.0, 0.01], "gap": [2e-6, 0.0, 4e-6]
+}  # fmt: skip
 SIZES = 22, 44, 88, 176
 MOST_SEVERAL = 44  # largest number of blades timed also with several points a tip
 CYCLIC, UNEQUAL = "equal", "unequal"
 FLIGHT, GIVEN, RUBS, PRESSED = "in flight", "as given", "rubs", "all press"
 RUBBING = "mostly_damped"  # a scene with contact in every step after the first contact
-UNEVEN = 0.03  # relative amplitude of the blades' Young's moduli, if mistuned
 # a rigid casing that shrinks around all blades, and presses on them from 5 ms on
 AROUND: dict[str, Any] = {
     "casing.kind": "rigid", "nodal_diameter": 0, "casing.amplitude": 2e-4,
@@ -82,14 +106,6 @@ class Row:
     counts: Counts
     peak: float
     bandwidth: float
-
-
-def pattern(blades: int) -> list[float]:
-    """Return the mistuning of an engine with unequal blades, for timings.
-
-    They are relative changes of Young's modulus, one for each of N = `blades` blades.
-    """
-    return [UNEVEN * math.sin(7.0 * j) for j in range(blades)]
 
 
 def sized(scene: Scene, blades: int) -> Scene:
@@ -341,3 +357,99 @@ def over_single(rows: Sequence[Row]) -> list[str]:
         name = f"{points} points a tip over one, {blades} blades, {sectors} sectors"
         lines.setdefault(name, []).append(f"{motion} {spent / own:.2f}")
     return [f"{name}: {', '.join(each)}" for name, each in lines.items()]
+
+
+def with_points(folder: Path, scene: Scene, points: int = POINTS) -> Scene:
+    """Return the scene with an engine from file that has several contact points a tip.
+
+    The file is written from the scene's engine. The points are spread evenly over the
+    chord; two are one end and the middle. As if blades twisted, one end of a tip moves
+    radially by the fraction `TWIST` less than the middle, the other end by as much
+    more; the reverse in modes of odd rank.
+
+    folder, points : directory in which the file is written; number of points of a tip
+    """
+    body = (model := resolve(scene).model).rotor
+    arrays = arrays_of(model)
+    names = "omega", "damping_ratio", "modal_centre"
+    out = {f"rotor/{name}": arrays[f"rotor/{name}"] for name in names}
+    sign = np.where(body.rank % 2, -1.0, 1.0)
+    ends = -1.0, 0.0, 1.0
+    along_chord = np.linspace(-1.0, 1.0 if points > 2 else 0.0, points)
+    twist = 1.0 + TWIST * np.outer(along_chord, sign)
+    radial, along = (
+        arrays[f"rotor/modal_tip_{name}"] for name in ("radial", "tangential")
+    )
+    out |= {
+        "rotor/modal_tip_radial": radial[:, None] * twist,
+        "rotor/modal_tip_tangential": np.repeat(along[:, None], points, axis=1),
+        **{
+            f"rotor/tip_{name}": np.interp(along_chord, ends, place)
+            for name, place in CHORD.items()
+        },
+    }
+    path = folder / f"{len(list(folder.iterdir()))}.h5"
+    write_arrays(path, out, {})
+    return apply_settings(scene, {"mistuning": [], "file": str(path)})
+
+
+def fma_peak(repeats: int) -> float:
+    """Measure the highest rate at which a core computes multiply-adds, GFLOP/s.
+
+    A multiply-add counts as two operations.
+
+    repeats : number of measurements, of which the fastest counts
+    """
+    values = np.linspace(0.0, 1.0, CHAINS)
+    multiply_add(1, values, 0.5, 0.5)
+    spent = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        multiply_add(ROUNDS, values, 0.5, 0.5)
+        spent.append(time.perf_counter() - start)
+    return 2e-9 * CHAINS * ROUNDS / min(spent)
+
+
+def read_bandwidth(size: float) -> float:
+    """Measure the rate, GB/s, at which a core reads an array again and again.
+
+    size : bytes of the array
+    """
+    values = np.ones(max(int(size) // 32, 16) * 4)
+    rounds = max(int(READ / values.nbytes), 1)
+    total_again(1, values)
+    spent = []
+    for _ in range(3):
+        start = time.perf_counter()
+        total_again(rounds, values)
+        spent.append(time.perf_counter() - start)
+    return 1e-9 * values.nbytes * rounds / min(spent)
+
+
+def main() -> int:
+    """Time a scene's engine with several numbers of blades, and print the table."""
+    parser = parser_of(__doc__)
+    parser.add_argument("scene", nargs="?", default="four_motions")
+    parser.add_argument("--sizes", type=int, nargs="+", default=SIZES)
+    parser.add_argument("--repeats", type=int, default=9)
+    parser.add_argument("--json", action="store_true")
+    args = parser.parse_args()
+    scene = apply_settings(named_scene(args.scene), {"plan": "everything"})
+    peak = fma_peak(args.repeats)
+    with tempfile.TemporaryDirectory(prefix="hpcwhirl-sizes-") as folder:
+        several = partial(with_points, Path(folder))
+        rows = rows_of(scene, args.sizes, args.repeats, peak, [several])
+    if args.json:
+        found = {"fma_peak_gflops": peak, "rows": [asdict(row) for row in rows]}
+        print(json.dumps(found))
+        return 0
+    head, *lines = table(rows)
+    for words in (head, ["---"] * len(head), *lines):
+        print(f"| {' | '.join(words)} |")
+    print("", *over_single(rows), *doubts(rows), sep="\n")
+    print(f"\nMeasured peak of multiply-adds: {peak:.1f} GFLOP/s.")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
