@@ -1,7 +1,7 @@
 """Limits of a case's time step (stability, pulse, rotation, wall), and its step counts.
 
-By the time recursion (`bodies.timestep`) a free mode of frequency w and damping ratio
-xi is proportional to z^n at step n. With x = w dt, z is a root of
+By the time recursion (`dynamics.bodies.timestep`) a free mode of frequency w and
+damping ratio xi is proportional to z^n at step n. With x = w dt, z is a root of
 
 (1 + xi x) z^2 - (2 - x^2) z + (1 - xi x) = 0,
 

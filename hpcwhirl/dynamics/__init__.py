@@ -6,17 +6,23 @@ Murty's rule, which ends for any P-matrix), friction on both bodies, distributio
 contact forces by the same shape functions that give displacements, and correction. The
 recursion is in increments, so that it loses no digits on slow modes. Kernels run in
 slices of 10 ms; any division into slices gives the same bits. Amplitudes below 1e-150
-are set to zero, since denormals are slow. `kernels` contains all compiled code.
+are set to zero, since denormals are slow.
+
+Rooms, from the lowest: `kernels` has all compiled code, in it two time loops that share
+only contact (`kernels.loop` of waves, `kernels.oracle` of bodies); `bodies` describes
+rotor and casing by modes or coordinates; `waves` makes waves of them, with the
+certificate and closed form of free motion (`waves.free_motion`); a module of `schemes`
+makes the integrator of a scene, which `march` runs.
 
 - `paper` is Algorithm 1 on dense matrices, the reference for the other schemes.
 - `modal` integrates waves of both bodies in the rotating frame, in which no coefficient
   depends on the position of the blades: a step multiplies each complex amplitude by a
-  complex number (`loop.points`). With three or more equal sectors, one contact point
-  a tip and a ring of harmonics, waves lie in slots, one for each nodal diameter
-  (`loop.slots`): one real transform of N points gives all gaps of both bodies, its
-  conjugate all modal forces, and one pass a step reads and writes each amplitude once.
-  For unequal sectors, and fewer than three, for several contact points a tip, and for
-  supports that differ by direction or have a film, waves have rows of points. There
+  complex number (`kernels.loop.points`). With three or more equal sectors, one contact
+  point a tip and a ring of harmonics, waves lie in slots, one for each nodal diameter
+  (`kernels.loop.slots`): one real transform of N points gives all gaps of both bodies,
+  its conjugate all modal forces, and one pass a step reads and writes each amplitude
+  once. For unequal sectors, and fewer than three, for several contact points a tip, and
+  for supports that differ by direction or have a film, waves have rows of points. There
   a bound of the tips' motion in a step tells which tips must be computed, and a blade
   in contact costs only the products of its rows. What is special about a scene is a
   term of this loop: the circle of an unbalance is a wave that stays, a lost blade a gap
@@ -25,8 +31,8 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
   `general` serves all other models. In slots, the contribution of contact,
   which is known only after all blades are predicted, is stored as a spectrum until the
   next pass. Vector operations are explicit, so that sums and products are rounded in
-  the same way on every machine. The active blades stay the same in 98 of 100 steps:
-  the inverse of their part of the Delassus matrix is kept, and for more than 24 blades
+  the same way on every machine. The active blades stay the same in 98 of 100 steps: the
+  inverse of their part of the Delassus matrix is kept, and for more than 24 blades
   updated as blades enter and leave. Gaps are not computed in steps in which none can
   close, since the spectrum has not changed enough.
 - `general` integrates the modes of both bodies one by one, the casing's in the static
@@ -43,8 +49,8 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
 With `rotation = "full"` the modes of a nodal diameter are coupled. `modal` and `exact`
 then integrate waves of the coupled modes, forward and backward ones separately
 (`turning_waves`); without rotation, a mode is two waves (`slot_waves`). The type of the
-rows chooses the functions that the loop calls (`loop.point_verbs`). Waves of the
-whole rotor are coupled with rotation (`whole_waves`); otherwise each mode is a wave
+rows chooses the functions that the loop calls (`kernels.loop.point_verbs`). Waves of
+the whole rotor are coupled with rotation (`whole_waves`); otherwise each mode is a wave
 (`mode_waves`). `general` and `paper` integrate blocks or matrices, and `general` takes
 over from `modal` if waves nearly coincide.
 

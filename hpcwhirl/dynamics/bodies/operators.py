@@ -1,4 +1,4 @@
-"""Constant arrays of the time loop `oracle.bodies`, of rotor, casing and contact.
+"""Constant arrays of the loop `kernels.oracle.bodies`: rotor, casing and contact.
 
 They are made once per case: coefficients of a time step of a body, as modes or as
 matrices; compliances of contact; the pulse; the rods of a layer that wears. Other time
@@ -176,7 +176,7 @@ def ring_kind(model: Model) -> Ring:
 
 
 def modal_arrays(model: Model, scene: Scene) -> Arrays:
-    """Return the arrays of `oracle.bodies.march_bodies` for both bodies as modes.
+    """Return the arrays of `kernels.oracle.bodies` for both bodies as modes.
 
     If the terms of rotation are included, they couple the rotor's modes.
     """
@@ -202,7 +202,7 @@ def modal_arrays(model: Model, scene: Scene) -> Arrays:
 
 
 def dense_arrays(model: Model, scene: Scene) -> Arrays:
-    """Return the arrays of `oracle.bodies.march_bodies` for both bodies as matrices.
+    """Return the arrays of `kernels.oracle.bodies` for both bodies as matrices.
 
     Scheme `paper` needs them. Raise InputError if a body has no matrices M and K.
     """

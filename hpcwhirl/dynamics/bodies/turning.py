@@ -14,8 +14,8 @@ coordinate s that stays 1 represents the force in kernels without constant force
 
 modes: the amplitudes are those of y = x - x_s, and a mode without mass, stiffness and
 damping adds x_s at the tips and the centre; in scheme `modal` it is a wave, see
-`turning_waves.Circle`. If supports differ by direction, two further modes that vary as
-cos 2 Omega t and sin 2 Omega t add the ellipse's Re xi and -Im xi.
+`waves.turning_waves.Circle`. If supports differ by direction, two further modes that
+vary as cos 2 Omega t and sin 2 Omega t add the ellipse's Re xi and -Im xi.
 
 matrices: the coordinates are x, and the column of s in A^-1 K is -A^-1 F. Energy and
 loss are those of x less `DenseBody.still`, (x_s, 1), that is of y: the potential of the

@@ -8,7 +8,8 @@ Terms used in these modules, besides those of the manual:
 - items: the coefficients of a mode or wave that a step needs, in a fixed order
 - folded row: values of all blades (2 wide,), of which the first half are those of
   blades j = 0 .. N // 2, padded to `wide`, the second those of blades N - j, see
-  `circulant.folded`; in signatures, `row` is the index where it begins in a flat array
+  `loop.circulant.folded`; in signatures, `row` is the index where it begins in a flat
+  array
 - pending step: a step whose contact forces have been computed, but not yet applied
 - active blades: those in contact; push, where: their multipliers, N, and their indices
 - known: the active blades of the last solution; tips: displacements of all tips

@@ -85,7 +85,8 @@ def place_of(j, blades, wide):
 def blade_at(i, blades, wide):
     """Return the number of the blade at index i of an array of gaps in folded order.
 
-    It is the inverse of `place_of`; padding counts as blade 0. See `circulant.folded`.
+    It is the inverse of `place_of`; padding counts as blade 0. See
+    `loop.circulant.folded`.
 
     blades, wide : N; half the length of the array
     """
@@ -102,7 +103,7 @@ def remember(where, size, blades, wide, known, inverse, rows, stride):
     Parameters
     ----------
     blades, wide : N; half the length of an array in folded order, see
-        `circulant.folded`
+        `loop.circulant.folded`
     known : out: the blades, their number, whether the inverse is accurate, no changes
     inverse : out: transpose of the inverse of their part of the Delassus matrix W, N/m,
         flat, in rows of length `stride`
@@ -197,7 +198,7 @@ def enter(j, blades, wide, known, inverse, rows, stride, work):
     """Add blade j, which now touches, to the kept inverse, as its last row and column.
 
     blades, wide : N; half the length of an array in folded order, see
-        `circulant.folded`
+        `loop.circulant.folded`
     known, stride : list of the active blades; length of a row of `inverse`
     rows : (N, 2 wide) flat, m/N; row j is column j of the Delassus matrix W in folded
         order
@@ -252,7 +253,7 @@ def recall(blades, wide, space):
     since the last full inversion; that inversion and the changes are repeated.
 
     blades, wide : N; half the length of an array in folded order, see
-        `circulant.folded`
+        `loop.circulant.folded`
     space : `kernel_types.ConstantSpace`; its `inverse` is set
     """
     known, inverse, rows, stride = (
@@ -298,7 +299,7 @@ def turn_to(active, where, blades, wide, space):
     active : (N,), in: 1 for the blades that it shall have, else 0; overwritten
     where : (N + 1,), out: these blades, if the inverse is computed anew
     blades, wide : N; half the length of an array in folded order, see
-        `circulant.folded`
+        `loop.circulant.folded`
     space : `kernel_types.ConstantSpace`, with the inverse and the list `known`
     """
     known, inverse, rows, stride = (

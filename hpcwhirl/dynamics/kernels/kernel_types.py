@@ -3,8 +3,8 @@
 Numba treats a NamedTuple like a tuple; a kernel unpacks it once, at its beginning. The
 suffixes `_b` and `_c` are those of rotor (blades) and casing. There are N blades and k
 slots, one for each nodal diameter, padded; arrays of all gaps in folded order are (2
-wide,), see `circulant.folded` and `vectors.widths`. Types of the loop `bodies`, whose
-casing is in the static frame, come last.
+wide,), see `loop.circulant.folded` and `vectors.widths`. Types of the loop `bodies`,
+whose casing is in the static frame, come last.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class Tracks(NamedTuple):
 
 
 class BodiesState(NamedTuple):
-    """State of rotor and casing in the time loop `bodies.march_bodies`.
+    """State of rotor and casing in the time loop `oracle.bodies.march_bodies`.
 
     Attributes
     ----------
@@ -162,17 +162,18 @@ class CyclicState(NamedTuple):
 
     Amplitudes are in the rotating frame. There are k slots, one for each nodal
     diameter, padded. Folded arrays, (2 wide,), list all blades in the order of
-    `circulant.folded`.
+    `loop.circulant.folded`.
 
     Attributes
     ----------
     rotor : waves of both bodies, after them what their rows need of earlier steps
     ring : nothing; the waves of the casing are in `rotor`
     lam : (2 k,), N, spectrum of the multipliers of the last step, re, then im; by
-        points the array `held` of `point_rows.book_points`
+        points the array `held` of `loop.point_rows.book_points`
     gaps : (3, 2 wide) flat, m, folded gaps of three steps, step n in row n % 3; by
         points the clearances alone
-    sums_b : J, works and losses, see `slots.pass_slots` and `point_rows.book_points`
+    sums_b : J, works and losses, see `loop.slots.pass_slots` and
+        `loop.point_rows.book_points`
     sums_c : J, by slot the energy that start and pulse have given
     known : (N + 3 + CHANGES,), blades in contact in the last solution, see
         `ConstantSpace`
@@ -351,7 +352,7 @@ class ConstantSpace(NamedTuple):
 
     `padded` is N, rounded up to a multiple of four. There are k slots, one for each
     nodal diameter, padded. Folded arrays, (2 wide,), list all blades in the order of
-    `circulant.folded`.
+    `loop.circulant.folded`.
 
     Attributes
     ----------
@@ -365,15 +366,15 @@ class ConstantSpace(NamedTuple):
         multiplier on blade j
     where : (N + 1,), the active blades
     fallback : work arrays of pivoting, used if faster ways fail
-    near, lam, opened : (N,), arguments of `circulant.pivot`: gaps without contact, m,
-        multipliers, N, and gaps with contact, m
+    near, lam, opened : (N,), arguments of `loop.circulant.pivot`: gaps without contact,
+        m, multipliers, N, and gaps with contact, m
     work : (4 padded,), work space of `keep_inverse`
     again : (2 wide,), folded gaps with the multipliers acting, m
     symbol, wave : spectrum (2 k,), m/N, of a circulant W, times 2 / N (slots 0 and N /
-        2: 1 / N); argument of `passes.to_gaps`. Empty for other W or a transform that
-        is not split
+        2: 1 / N); argument of `loop.passes.to_gaps`. Empty for other W or a transform
+        that is not split
     spectrum, spread : (4 k,), spectrum of the multipliers, N, then that of the change
-        of gaps that they cause, m; work space of `transform.to_slots`. Empty like
+        of gaps that they cause, m; work space of `loop.transform.to_slots`. Empty like
         `symbol`
     """
 
@@ -399,7 +400,7 @@ class ModalBody(NamedTuple):
 
     Attributes
     ----------
-    keep, pull, give : (m,), coefficients of a step, see `timestep.recursion`
+    keep, pull, give : (m,), coefficients of a step, see `bodies.timestep.recursion`
     rate : (m,), damping loss of a step over (q_{n+1} - q_{n-1})^2
     omega : (m,), rad/s
     read : (m, r), the body's r radial coordinates for unit amplitudes; of the rotor:
@@ -455,7 +456,7 @@ class CoupledBody(NamedTuple):
     Attributes
     ----------
     keep, pull, give, stiffness, damping, push : blocks of the matrices of
-        `turning.Turning`, one for each nodal diameter, each by columns, flat
+        `bodies.turning.Turning`, one for each nodal diameter, each by columns, flat
     starts : (b + 1,), the first mode of each block, and m
     own : number of modes that contact moves; at constant speed further ones represent
         the circle of an unbalanced rotor

@@ -57,8 +57,8 @@ def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
     """Raise ledger[MISS] to the largest error of a step's solved gaps, if larger.
 
     The error is defined in `note_miss`. Arrays are in folded order (see
-    `circulant.folded`). Entries that repeat a blade are not compared, since pivoting
-    does not correct them.
+    `loop.circulant.folded`). Entries that repeat a blade are not compared, since
+    pivoting does not correct them.
 
     again : (2 wide,), m, gaps computed from the amplitudes
     gaps, row : m, gaps of the contact problem, and the index at which those of this

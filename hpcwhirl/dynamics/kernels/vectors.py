@@ -39,7 +39,7 @@ def widths(blades: int) -> tuple[int, int]:
 
     Both are N // 2 + 1, rounded up to a multiple of four: a spectrum has k nodal
     diameters, and an array of all gaps in folded order is (2 wide,), see
-    `circulant.folded`.
+    `loop.circulant.folded`.
     """
     slots = -(-(blades // 2 + 1) // FOUR) * FOUR
     return slots, slots

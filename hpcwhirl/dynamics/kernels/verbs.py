@@ -1,4 +1,4 @@
-"""The operations that the time loop `bodies.march_bodies` applies to a body in a step.
+"""The operations that the time loop `oracle.bodies` applies to a body in a step.
 
 A body is a rotor or a casing, in physical coordinates or as modes. A verb is the name
 of an operation; `compiled.does` registers its implementation for a kind of body in the

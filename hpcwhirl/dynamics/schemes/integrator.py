@@ -51,8 +51,8 @@ class Integrator(ABC):
     Attributes
     ----------
     model, scene : model and scene that are integrated
-    kernel : function that takes `steps` time steps; `oracle.bodies.march_bodies`
-        explains its arguments
+    kernel : function that takes `steps` time steps;
+        `kernels.oracle.bodies.march_bodies` explains its arguments
     arrays : constant arrays, arguments of the kernel
     state : motion of rotor and casing, ledger and counters, which the kernel changes;
         at rest when created; a `kernels.kernel_types.BodiesState` or `CyclicState`

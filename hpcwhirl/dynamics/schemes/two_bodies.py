@@ -42,7 +42,7 @@ NONE = np.zeros((0, 0))
 
 
 def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
-    """Return the state of `oracle.bodies.march_bodies`, with both bodies at rest."""
+    """Return the state of the loop `kernels.oracle.bodies`, both bodies at rest."""
     own, casing = arrays.rotor, len(arrays.casing.keep)
     coupled = isinstance(own, CoupledBody)
     rotor = int(own.starts[-1]) if coupled else len(own.keep)
@@ -135,7 +135,7 @@ def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinate
 
 
 class TwoBodies(Integrator):
-    """Integrator of rotor and casing by the time loop `oracle.bodies.march_bodies`.
+    """Integrator of rotor and casing by the time loop `kernels.oracle.bodies`.
 
     held : how displacements of rotor and casing relate to the coordinates in the state;
         None: these are modal amplitudes

@@ -423,7 +423,7 @@ def reads_of(model: Model, scene: Scene, waves: PointWaves) -> Reads:
 
 
 def point_arrays(model: Model, scene: Scene, waves: PointWaves) -> tuple[Arrays, Reads]:
-    """Return the arrays of `loop.points.march_points`, and what they are made of.
+    """Return the arrays of `kernels.loop.points`, and what they are made of.
 
     waves : waves of both bodies; for equal sectors those of the result are by nodal
         diameter

@@ -67,7 +67,8 @@ def transforms(blades: int) -> tuple[Floats, Floats]:
         blade
     wave : (2 k, wide) flat, cos and sin of each slot at blades j = 0 .. N // 2, for
         half sum and half difference of blades j and N - j; padding columns repeat blade
-        0. The last entries are N and the split in two factors, see `loop.transform`
+        0. The last entries are N and the split in two factors, see
+        `kernels.loop.transform`
     """
     waves, half = blade_waves(blades), blades // 2 + 1
     k, wide = widths(blades)

@@ -1,4 +1,4 @@
-"""Arrays of `loop.whole`: a rotating rotor of unequal sectors as waves of the whole.
+"""Arrays of `kernels.loop.whole`: unequal sectors that turn, as waves of the whole.
 
 The waves are those of `turning_waves`, but for all sectors at once and in real numbers.
 Of the 2 m roots of
@@ -54,7 +54,7 @@ class WholeWaves:
     paired : (w,), whether a wave has a conjugate: amplitudes of others are real
     condition : condition number of `basis`
     give, rate, stiffness, push : (m, m), (1/dt^2 + G/2dt)^-1, D, K(Omega), S, see
-        `turning.Terms`
+        `bodies.turning.Terms`
     """
 
     step: float

@@ -57,7 +57,7 @@ def march_points(
     Parameters
     ----------
     steps, strides, limit, step, speed, mu, wall, loading, tracks : as in
-        `bodies.march_bodies`
+        `oracle.bodies.march_bodies`
     rotor, contact : coefficients of waves and of contact, in types of `wave_types`
     state, space : `kernel_types.CyclicState`; result of `bounded.points_space` or
         `slot_steps.slot_space`

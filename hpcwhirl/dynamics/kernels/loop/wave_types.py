@@ -259,7 +259,8 @@ class SlotRows(NamedTuple):
     rotor, ring : (G,), numbers of rows of rotor and casing
     pairs : (e, 2) flat, indices of re of the amplitudes a and a' of four slots each
     split : number of products of the rotor, which come first
-    turns, wave : tables of cos and sin between blades and slots, see `slots.transforms`
+    turns, wave : tables of cos and sin between blades and slots, see
+        `waves.slots.transforms`
     """
 
     free: Floats
