@@ -346,6 +346,20 @@ def test_growth_is_divergent_however_it_accelerates():
         assert words(motion(1 / (end - TIME), fed=50.0))[1] == "divergent"
 
 
+@pytest.mark.parametrize("bend", [0.0, 0.5, 2.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_word_is_monotone_in_the_growth_that_it_is_given_by(seed, bend):
+    """Growth that a straight line fits badly: it wanders, and becomes faster."""
+    way, rates = (TIME / TIME[-1]) ** (1 + bend), np.geomspace(0.1, 40.0, 12)
+    noise = wandering(seed) ** 0.3
+    found = [words(motion(noise * np.exp(2 * rate * way), fed=50.0))[1]
+             for rate in rates]  # fmt: skip
+    first = found.index("divergent")
+    assert first > 0
+    assert set(found[first:]) == {"divergent"}
+    assert set(found[:first]) <= {"undecided", "sustained"}
+
+
 def test_a_limit_cycle_is_sustained():
     assert words(motion(1 + 0 * TIME, **KEPT_UP))[1] == "sustained"
     two = np.abs(1 + 0.5 * np.exp(2j * np.pi * 17.3 * TIME))
