@@ -194,8 +194,10 @@ def _advice(
 def _asked(found: Tradeoff, wishes: list[Wish], row: Row) -> str:
     from hpcwhirl.report.figures.pareto import percent
 
-    return ", ".join(f"{w.name} {percent(w.error(row, found.cases))} (asked {percent(w.most)})"
-                     for w in wishes)  # fmt: skip
+    return ", ".join(
+        f"{w.name} {percent(w.error(row, found.cases))} (asked {percent(w.most)})"
+        for w in wishes
+    )
 
 
 def _met(
