@@ -170,21 +170,21 @@ def facts_of_file(rotor: ModalModel) -> dict[str, object]:
     facts: dict[str, object] = {
         "equal_sectors": rotor.cyclic,
         "suspension_known": not np.isnan(rotor.centre_share).any(),
-        "told": "rotor from file: fewer than 3 blades, integrated by scheme general",
+        "told": "rotor from file: fewer than 3 blades, without nodal diameters",
     }
     if rotor.points is not None:
         facts["told"] = (
-            f"rotor from file: {rotor.points.count} contact points a tip, integrated "
-            "in the rotating frame, without folding, certificate and closed form"
+            f"rotor from file: {rotor.points.count} contact points a tip, whose "
+            "sectors are all integrated"
         )
     if symmetry is None:
         return facts | {"deviation": None, "tolerance": None, "where": None}
     size = symmetry.deviation if np.isfinite(symmetry.deviation) else None
     differ = "" if size is None else f" by {size:.2g} at most"
-    way = "like the built-in one" if rotor.cyclic else "by scheme general"
+    way = "like those of the built-in one" if rotor.cyclic else "each by itself"
     sentence = (
         f"rotor from file: sectors differ{differ} ({symmetry.where}); up to "
-        f"{symmetry.tolerance:g} they are taken for equal: integrated {way}"
+        f"{symmetry.tolerance:g} they are taken for equal; they are integrated {way}"
     )
     where = {"tolerance": symmetry.tolerance, "where": symmetry.where}
     return facts | {"deviation": size, "told": sentence} | where

@@ -89,6 +89,9 @@ def run(args: argparse.Namespace) -> int:
     fastest = _fastest(args.scene, args.settings)
     facts = facts_of(case, args.orders, fastest)
     if args.explain:
+        from hpcwhirl.dynamics.integration import integration_of
+
+        facts["integration"] = integration_of(case)
         facts["rotations"] = side_by_side(case, 1, fastest)
     options.tell_remarks(scene)
     if told := told_of_profile(scene):
@@ -122,6 +125,9 @@ def _fastest(name: str, settings: list[str]) -> float:
 
 
 def _explain(facts: dict[str, Any], scene: Scene) -> None:
+    from hpcwhirl.dynamics.integration import told_of
+
+    print(told_of(facts["integration"]))
     options.print_notes(facts["plan"]["left_out"])
     _show_rotations(facts["rotations"], scene)
     if facts["rotation"]["auto"] is not None:

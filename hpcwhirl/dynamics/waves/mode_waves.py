@@ -16,6 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.dynamics.bodies.timestep import recursion
@@ -62,14 +63,19 @@ class ModeWaves:
         return np.asarray(self.rise * (2 + self.ahead) / (2 * self.step))
 
     @property
-    def is_basis(self) -> bool:
-        """Whether each mode oscillates, with two roots that are not nearly equal.
+    def oscillates(self) -> NDArray[np.bool_]:
+        """Whether each mode oscillates, (m,), with two roots that are not nearly equal.
 
         If not, its motion cannot be integrated as a wave.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             apart = np.abs(self.rise.imag) / np.abs(self.rise)
-        return bool((apart * WORST > 1.0).all())
+        return np.asarray(apart * WORST > 1.0)
+
+    @property
+    def is_basis(self) -> bool:
+        """Whether all modes can be integrated as waves."""
+        return bool(self.oscillates.all())
 
     @property
     def moves(self) -> Complexes:
