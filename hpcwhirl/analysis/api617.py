@@ -94,8 +94,8 @@ class Margin(NamedTuple):
     ----------
     actual : share of the nearest operating speed; 0: among the operating speeds
     required : the share that API 617 requires, 0 where critically damped
-    verdict : "critically damped", "kept", "too close", "among operating speeds", or
-        "unknown" without an amplification factor
+    verdict : "critically damped", "kept", "too close", "inside" the operating speeds,
+        or "unknown" without an amplification factor
     """
 
     actual: float
@@ -115,7 +115,7 @@ def margin_of(peak: Peak, operating: Operating) -> Margin:
         return Margin(actual, 0.0, "critically damped")
     needed = required_margin(factor, above=above)
     if inside:
-        return Margin(actual, needed, "among operating speeds")
+        return Margin(actual, needed, "inside")
     return Margin(actual, needed, "kept" if actual >= needed else "too close")
 
 

@@ -13,7 +13,8 @@ F_b = -t^T [-4 Omega^2 M - 4 i Omega^2 C + Omega^2 K_1 + Omega^4 K_2] conj(xi) /
 
 with x, xi the circle and the swing, F the unbalance's force and the other terms those
 of `reduction.modes.Spin`. This is the force through shaft and supports to the ground,
-whatever holds the rotor; it has the part of the damping that a translation meets.
+whatever holds the rotor; it has the part of the damping that a translation meets. Of a
+shaft line, forces and circles are those of `shaft_response`.
 """
 
 from __future__ import annotations
@@ -23,6 +24,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from hpcwhirl.analysis.shaft_response import (
+    forces_of,
+    line_of_rotor,
+    shaft_circles,
+    stations_of,
+)
 from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.case.profile import room_of
 from hpcwhirl.case.resolve import resolve
@@ -31,16 +38,18 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.criticals import damped_criticals
 from hpcwhirl.reduction.families import rotor_by_diameter
 from hpcwhirl.reduction.growth import search_range
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.modes import ModalModel, stiffening_at
 from hpcwhirl.reduction.waves import unbalance_speeds
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.shaft_tables import WORDS
 
 POINTS = 201  # equally spaced speeds of a response
 AT_REST = 0.01  # lowest speed / highest
 AROUND = np.array([0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0])  # half widths of a peak
 SHARP = 1e-5  # least damping ratio that sets speeds around a critical speed
-PLACES = {"centre": "m", "tips": "m", "supports": "N"}
+PLACES = "centre", "tips", "supports"  # that every rotor has
+STATION, SUPPORT = "station ", "support "  # and a number: further ones of a shaft line
 
 
 @dataclass(frozen=True)
@@ -54,6 +63,8 @@ class Steady:
     tips : (2,), m, f and b of a centre from which tips on rigid blades would move
         radially as those of the rotor do
     supports : (2,), N, f and b of the force of the rotor on what holds it
+    stations : m, f of each station of a shaft line, on whose supports b is 0
+    forces : N, f of the force on each support of a shaft line
     reach : m, largest outward displacement of a tip
     room : m, least gap of tips and casing at that speed
     """
@@ -64,16 +75,40 @@ class Steady:
     supports: tuple[complex, complex]
     reach: float
     room: float
+    stations: tuple[complex, ...] = ()
+    forces: tuple[complex, ...] = ()
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Names of the places whose motion or force is known."""
+        return (
+            *PLACES,
+            *(f"{STATION}{i}" for i in range(len(self.stations))),
+            *(f"{SUPPORT}{i}" for i in range(len(self.forces))),
+        )
+
+    def parts(self, place: str) -> tuple[complex, complex]:
+        """Return f and b at one of `places`, m, or N of a force."""
+        for start, values in ((STATION, self.stations), (SUPPORT, self.forces)):
+            if place.startswith(start):
+                return values[int(place.removeprefix(start))], 0j
+        found: tuple[complex, complex] = getattr(self, place)
+        return found
 
     def size(self, place: str) -> float:
         """Return the amplitude at a place, the major semi-axis of the ellipse."""
-        forward, backward = getattr(self, place)
+        forward, backward = self.parts(place)
         return float(abs(forward) + abs(backward))
 
     @property
     def used(self) -> float:
         """Share of the clearance that the tips reach."""
         return self.reach / self.room if self.room > 0.0 else np.inf
+
+
+def unit_of(place: str) -> str:
+    """Return the SI unit of the amplitude at a place."""
+    return "N" if place.startswith("support") else "m"
 
 
 def check_response(scene: Scene) -> None:
@@ -113,13 +148,23 @@ def _steady_at(scene: Scene, speed: float) -> Steady:
     tips = np.arange(model.contacts) != own.engine.rotor.lost_blade
     reached = (outward - model.clearances(0.0))[tips]
     running = own.model_copy(update={"gap": case.clearance})
+    line = line_of_rotor(own.engine.rotor)
+    stations: list[complex] = []
+    forces: list[complex] = []
+    on_supports = _on_supports(model, own, places, back)
+    if line is not None:
+        circles = shaft_circles(own.engine.rotor, model, places, speed)
+        *forces, ground = forces_of(line, circles, speed)
+        stations, on_supports = stations_of(line, circles), (ground, 0j)
     return Steady(
         speed,
         (centre_of(model, places), centre_of(model, back)),
         (complex(wave @ places[radial]), complex(wave @ back[radial])),
-        _on_supports(model, own, places, back),
+        on_supports,
         float(reached.max()),
         room_of(running),
+        tuple(stations),
+        tuple(forces),
     )
 
 
@@ -162,10 +207,16 @@ def _translation(rotor: ModalModel, blades: int) -> Complexes:
     return np.asarray(moved @ [1.0, 1.0j])
 
 
-def moving_mass(model: Model) -> float:
-    """Return the mass of the rotor that moves with its centre, kg."""
+def moving_mass(scene: Scene) -> float:
+    """Return the mass of disk and blades, and of a shaft line, kg."""
+    reduced = resolve(scene).reduced
+    line = line_of_rotor(reduced.engine.rotor)
+    if line is not None:
+        reduced = apply_settings(reduced, {"shaft": WORDS[0], "shaft_station": 0})
+    model = model_of(reduced)
     t = translation(model)
-    return float((t.conj() @ model.rotor.mass @ t).real) / 2
+    disk = float((t.conj() @ model.rotor.mass @ t).real) / 2
+    return disk + (line.mass if line else 0.0)
 
 
 def range_of(scene: Scene, highest: float) -> tuple[float, float]:

@@ -24,15 +24,15 @@ from hpcwhirl.analysis.api617 import (
     unbalance_of,
 )
 from hpcwhirl.analysis.response import (
-    PLACES,
+    STATION,
     Steady,
     check_response,
     moving_mass,
     range_of,
     speeds_of,
     steady_at,
+    unit_of,
 )
-from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.unbalance import is_unbalanced
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import zero_between
@@ -126,7 +126,7 @@ def study(scene: Scene, operating: Operating, highest: float = 0.0) -> Study:
     scene = apply_settings(scene, CONSTANT)
     assumed = not is_unbalanced(scene)
     if assumed:
-        mass = moving_mass(resolve(scene).model)
+        mass = moving_mass(scene)
         given = {"unbalance": unbalance_of(mass, operating.high)}
         scene = apply_settings(scene, given)
     low, high = range_of(scene, highest or BEYOND * operating.high)
@@ -138,11 +138,17 @@ def study(scene: Scene, operating: Operating, highest: float = 0.0) -> Study:
         )
     speeds = sorted({*speeds_of(scene, low, high), *ends})
     points = tuple(steady_at(scene, speed) for speed in speeds)
-    peaks = {place: _peaks(scene, place, points) for place in PLACES}
+    peaks = {place: _peaks(scene, place, points) for place in points[0].places}
     first, last = speeds.index(min(ends)), speeds.index(max(ends))
-    most = max(one.size("centre") for one in points[first : last + 1])
+    among = points[first : last + 1]
+    most = max(one.size(place) for one in among for place in _probes(one))
     scale = scale_factor(most, operating.high)
     return Study(scene, assumed, operating, points, peaks, scale)
+
+
+def _probes(one: Steady) -> list[str]:
+    """Return the places where API 617 has its probes: a shaft's stations, or centre."""
+    return [p for p in one.places if p.startswith(STATION)] or ["centre"]
 
 
 def _peaks(scene: Scene, place: str, points: Sequence[Steady]) -> list[Peak]:
@@ -185,7 +191,7 @@ def facts_of_study(found: Study, share: float) -> dict[str, Any]:
         "peaks": [
             {
                 "place": place,
-                "unit": PLACES[place],
+                "unit": unit_of(place),
                 **vars(peak),
                 "amplification_factor": peak.amplification,
                 "two_sided": peak.two_sided,
@@ -213,8 +219,8 @@ def facts_of_study(found: Study, share: float) -> dict[str, Any]:
 def _curves(found: Study) -> dict[str, Any]:
     """Return the response over the speed, {name: values at each speed}."""
     curves: dict[str, Any] = {"speed": [one.speed for one in found.points]}
-    for place in PLACES:
-        pairs = np.array([getattr(one, place) for one in found.points])
+    for place in found.peaks:
+        pairs = np.array([one.parts(place) for one in found.points])
         for name, values in zip(("forward", "backward"), pairs.T, strict=True):
             curves[f"{place}_{name}"] = np.abs(values).tolist()
             curves[f"{place}_{name}_phase"] = np.angle(values).tolist()

@@ -11,7 +11,7 @@ import tomli_w
 from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.errors import InputError, say, shown
-from hpcwhirl.scene import load_document
+from hpcwhirl.scene import Scene, load_document
 from hpcwhirl.scene.units import ANGULAR, in_shown, in_si, showing, shown_in, told_of
 
 if TYPE_CHECKING:
@@ -50,8 +50,7 @@ def run(args: argparse.Namespace) -> int:
     asked = options.asked_units(args.units)
     options.check_picture(args.plot)
     options.check_writable(args.write, folder=False)
-    scene = options.scene_of(args.scene, args.settings)
-    speeds = _swept(args.scene, args.settings)
+    scene, speeds = _given(args.scene, args.settings)
     operating = _operating(args.operating, speeds or [scene.speed])
     found = study(scene, operating, _speed("--up-to", args.up_to))
     worth = offered(found.bands(args.share), speeds)
@@ -102,8 +101,10 @@ def _operating(text: str | None, speeds: list[float]) -> Operating:
     return Operating(low, high)
 
 
-def _swept(name: str, settings: list[str]) -> list[float]:
-    """Return the speeds of a campaign's cases, rad/s, ascending; [] of a scene.
+def _given(name: str, settings: list[str]) -> tuple[Scene, list[float]]:
+    """Return a scene, and the speeds of a campaign's cases, rad/s, ascending.
+
+    Of a campaign's file the scene is what its cases share; of a scene speeds are [].
 
     name, settings : SCENE of the command line; texts of --set
     """
@@ -112,13 +113,13 @@ def _swept(name: str, settings: list[str]) -> list[float]:
     from hpcwhirl.scene.table import listed
 
     if not Path(name).is_file() or not {*load_document(Path(name))} & {*DESIGN_TABLES}:
-        return []
+        return options.scene_of(name, settings), []
     design = Design.of(Path(name), options.parsed(settings))
     column = design.settings.column("speed", design.base.speed)
     others = [full for full in design.settings.names if full != "speed"]
     if others:
         say(f"other inputs of the cases, {', '.join(others)}: as in [scene] (or --set)")
-    return sorted({float(speed) for speed in listed(column.values)})
+    return design.base, sorted({float(speed) for speed in listed(column.values)})
 
 
 def _draw(found: Study, path: Path, asked: tuple[str, ...]) -> None:
@@ -182,14 +183,14 @@ def _head(found: Study) -> list[str]:
 
 def _row(place: str, peak: Peak, margin: Margin) -> tuple[str, ...]:
     """Return the cells of a peak in the table, but its place."""
-    from hpcwhirl.analysis.response import PLACES
+    from hpcwhirl.analysis.response import unit_of
 
     factor = peak.amplification
     side = "" if peak.two_sided else ", of one side"
     needed = margin.required
     return (
         f"{shown_in(ANGULAR)[1] * peak.speed:.2f}",
-        in_shown(peak.amplitude, PLACES[place], 4),
+        in_shown(peak.amplitude, unit_of(place), 4),
         "-" if factor is None else f"{factor:.3g}{side}",
         f"{100 * margin.actual:.1f} %",
         "-" if needed is None else f"{100 * needed:.1f} %",

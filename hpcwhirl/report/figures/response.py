@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.analysis.response import Steady
+from hpcwhirl.analysis.response import STATION, SUPPORT, Steady
 from hpcwhirl.analysis.response_study import Study
 from hpcwhirl.case.unbalance import force_of
 from hpcwhirl.report.canvas import axis_of, legend_below, new_figure
@@ -34,6 +34,10 @@ def draw_response(found: Study) -> Any:
     unit, factor = shown_in("N")
     sizes = factor * np.array([one.size("supports") for one in found.points])
     force.semilogy(speeds, sizes, c=FORCE, ls="-.", label="force on the supports")
+    for place in found.points[0].places:
+        if place.startswith(SUPPORT):
+            each = factor * np.array([one.size(place) for one in found.points])
+            force.semilogy(speeds, each, ":", lw=1.0, label=place)
     force.set_ylim(SHOWN * sizes.max(), 5.0 * sizes.max())
     force.set(xlabel=axis_of("speed"), ylabel=f"force on the\nsupports, {unit}")
     for axes in (size, lag, force):
@@ -57,6 +61,10 @@ def _amplitudes(axes: Any, found: Study, speeds: Any) -> None:
         axes.semilogy(speeds, sizes, line, c=colour, lw=width,
                       label=f"amplitude, {place}")  # fmt: skip
         top = max(top, float(sizes.max()))
+    for place in found.points[0].places:
+        if place.startswith(STATION):
+            sizes = factor * np.array([one.size(place) for one in found.points])
+            axes.semilogy(speeds, sizes, ":", lw=1.0, label=place)
     rooms = np.array([one.room for one in found.points])
     axes.semilogy(speeds, factor * np.where(rooms > 0.0, rooms, np.nan), ":", c=ROOM,
                   lw=1.5, label="clearance")  # fmt: skip
