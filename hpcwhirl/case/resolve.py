@@ -19,6 +19,9 @@ from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.store.models.engine_file import points_named
 
+# inputs of a rotor that has all its blades
+WHOLE: dict[str, Value] = {"lost_blade": NO_BLADE, "lost_blade_time": 0.0}
+
 
 @dataclass(frozen=True)
 class Case:
@@ -42,8 +45,14 @@ class Case:
 
     @cached_property
     def reduced(self) -> Scene:
-        """The scene with rotation "auto" decided and modes chosen by `truncation`."""
-        return with_truncation(with_rotation(self.given))
+        """The scene with rotation "auto" decided and modes chosen by `truncation`.
+
+        Where the blade would be lost after the run, none is.
+        """
+        scene = self.given
+        if scene.lost_blade_time >= scene.end_time:
+            scene = apply_settings(scene, WHOLE)
+        return with_truncation(with_rotation(scene))
 
     @cached_property
     def model(self) -> Model:
@@ -61,7 +70,8 @@ class Case:
         """Time step, s: `time_step`, or chosen so that the model meets `accuracy`."""
         if self.given.solver.accuracy == 0.0:
             return self.given.solver.time_step
-        return step_asked(self.model, self.reduced)
+        models = {self.model, self._wheel} if self.loses else {self.model}
+        return min(step_asked(model, self.reduced) for model in models)
 
     @cached_property
     def growth(self) -> float:
@@ -80,7 +90,19 @@ class Case:
         """The model with all blades, also if the rotor loses one."""
         if self.reduced.engine.rotor.lost_blade == NO_BLADE or self.own is not None:
             return self.model
-        return model_of(apply_settings(self.reduced, {"lost_blade": NO_BLADE}))
+        return model_of(apply_settings(self.reduced, WHOLE))
+
+    @property
+    def loses(self) -> bool:
+        """Whether the rotor loses a blade during the run, not as it begins."""
+        return self.reduced.lost_blade_time > 0.0
+
+    @cached_property
+    def before(self) -> Marched | None:
+        """The scene and the model until a blade is lost; None if none is in the run."""
+        if not self.loses:
+            return None
+        return Marched(apply_settings(self.scene, WHOLE), self._wheel)
 
     @property
     def clearance(self) -> float:
@@ -152,6 +174,8 @@ class Case:
     def check(self) -> None:
         """Raise InputError, naming the limit, if the scene cannot be integrated."""
         check_limits(self.model, self.scene)
+        if self.before:
+            check_limits(self.before.model, self.before.scene)
 
 
 def resolve(scene: Scene) -> Case:

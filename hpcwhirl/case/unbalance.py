@@ -46,6 +46,13 @@ def is_unbalanced(scene: Scene) -> bool:
     return scene.unbalance > 0.0 or scene.engine.rotor.lost_blade != NO_BLADE
 
 
+def loss_step(scene: Scene) -> int:
+    """Return the time step at whose end a blade is lost; 0 if not during the run."""
+    if scene.lost_blade_time == 0.0:
+        return 0
+    return max(1, round(scene.lost_blade_time / scene.solver.time_step))
+
+
 def released_moment(model: Model) -> complex:
     """Return the unbalance m e, as x + i y, kg m, that the loss of a blade causes.
 

@@ -20,6 +20,7 @@ from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.profile import NEVER, held_displacement, release_step
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
+from hpcwhirl.case.unbalance import loss_step
 from hpcwhirl.dynamics.bodies.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_of
 from hpcwhirl.dynamics.history import History
@@ -28,6 +29,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Strides, Tracks
 from hpcwhirl.dynamics.kernels.loop.flight import LESS
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.by_sectors import folds_well
+from hpcwhirl.dynamics.schemes.loss import before_and_after
 from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
 from hpcwhirl.dynamics.waves.casing import wall_of
@@ -66,6 +68,8 @@ class March:
     scene, model : scene and model of the case, of all sectors
     lean : scene and model that are integrated, of all sectors or of one
     scheme : the integrator, with the kernel's constant arrays
+    later : integrator of the rotor without the blade that is lost later; None: no blade
+        is lost, or it is already
     state : motion, ledger and counters at the present step, which the kernel changes
     tracks : samples and rows of evidence written so far
 
@@ -92,7 +96,7 @@ class March:
             self.stride = (self.total // self.beat + 1) * self.beat
         self.seconds = 0.0
         self.schedule = schedule_of(scene, self.model)
-        self.let_go = release_step(scene)
+        self.let_go, self.lost_at = release_step(scene), loss_step(scene)
         self.fold()
 
     def _begin(self, lean: Marched) -> None:
@@ -103,9 +107,15 @@ class March:
         lean : scene and model to integrate; if they cannot represent the initial
             motion, those of all sectors are taken instead
         """
-        self.lean = lean
+        before, self.lean, self.later = self.case.before, lean, None
         with representable("the step"):
-            self.scheme = scheme_of(lean.model, lean.scene, self.beat)
+            if before is None:
+                self.scheme = scheme_of(lean.model, lean.scene, self.beat)
+            else:
+                self.lean = before
+                both = before_and_after(before, lean, self.beat)
+                self.scheme, self.later = both
+        self.schemes = [own for own in (self.scheme, self.later) if own]
         self.state = self.scheme.state
         if self.start is not None and not self._started(self.start):
             self._begin(self.case.whole)
@@ -167,12 +177,37 @@ class March:
         """Compute speed, casing shape and the kernel's arrays for a loaded state."""
         self._refresh(None)
 
+    def enter(self, steps: int) -> None:
+        """Replace the rotor by that without the lost blade, if it is at a step.
+
+        The state is that of the new rotor, without motion.
+
+        steps : number of time steps taken
+        """
+        if self.later is None or steps < self.lost_at:
+            return
+        self.lean, self.scheme, self.later = self.case.whole, self.later, None
+        self.state = self.scheme.state
+        self.counter[contact.STEP] = steps
+        self._refresh(None)
+        self.coast = self._coast()
+
+    def _lose(self) -> None:
+        """Continue with the rotor that has lost a blade, from its present motion."""
+        old, steps = self.scheme, self.steps
+        self.enter(steps)
+        search = int(self.counter[contact.NEXT_TRY])
+        self.scheme.carry(old, steps)
+        self.counter[contact.NEXT_TRY] = search
+
     def put(self, state: Iterable[Floats]) -> None:
         """Replace the march's state by one of the same scene, perhaps at another step.
 
         state : arrays of the state, in the order of its fields
         """
-        for target, array in zip(self.state, state, strict=True):
+        arrays = list(state)
+        self.enter(int(arrays[self.state._fields.index("counter")][contact.STEP]))
+        for target, array in zip(self.state, arrays, strict=True):
             target[...] = array
         self.recall()
 
@@ -183,7 +218,7 @@ class March:
         for this scheme or for a changing speed.
         """
         scene = self.lean.scene
-        if not self.case.plan.settles:
+        if not self.case.plan.settles or self.later:
             return None
         if law_of(scene) is not None:  # its closed form is that of a constant speed
             return None
@@ -436,7 +471,8 @@ class March:
         """Integrate up to step `goal`, or until the run stops.
 
         On the way, the kernel's arrays are computed anew where an interval of speed
-        ends, and a casing held in a shape is let go when its time comes.
+        ends, and a casing held in a shape is let go, and a blade lost, when its time
+        comes.
         """
         while self.steps < goal and self.counter[contact.STOP] == 0:
             cut = self._next_cut()
@@ -446,18 +482,19 @@ class March:
             self._refresh(self.state)
             if cut == self.let_go:
                 self._release()
+            if cut == self.lost_at and self.later:
+                self._lose()
 
     def _next_cut(self) -> int:
         """Return the next step at which the kernel's arrays must be computed anew.
 
-        There an interval of speed ends or a casing held in a shape is let go. If
-        neither is to come, it is the last step of the run.
+        There an interval of speed ends, a casing held in a shape is let go, or a blade
+        is lost. If none of these is to come, it is the last step of the run.
         """
         steps, cuts = self.steps, []
         if self.schedule is not None:
             cuts.append(self.schedule.span(steps)[1])
-        if steps < self.let_go:
-            cuts.append(self.let_go)
+        cuts += [at for at in (self.let_go, self.lost_at) if steps < at]
         return min(cuts, default=self.total)
 
     def _release(self) -> None:

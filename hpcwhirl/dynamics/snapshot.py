@@ -42,10 +42,12 @@ def fingerprint(march: March) -> str:
     looks = march.coast is not None  # a certificate ends the stepping
     digest.update(repr((kept, march.beat, looks)).encode())
     with march.at_start():  # arrays of a changing speed depend on the interval
-        _feed(digest, march.scheme.arrays)
+        for scheme in march.schemes:
+            _feed(digest, scheme.arrays)
     if march.schedule is not None:
         schedule = march.schedule
         digest.update(repr((schedule.sections, laws_of(schedule.scene))).encode())
+    digest.update(repr(march.lost_at).encode() if march.lost_at else b"")
     if march.let_go != NEVER:
         digest.update(repr(told_of_release(march.scene)).encode())
     if march.start is not None:
@@ -109,12 +111,13 @@ def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
 def restore(march: March, arrays: Arrays) -> bool:
     """Set a new march to the state of a snapshot; return whether the snapshot fits.
 
-    If it does not, the march is not changed.
+    If it does not, the march is not changed, except that it may have lost its blade.
 
     arrays : result of `snapshot`, perhaps of another process
     """
     if arrays.keys() != snapshot(march).keys() or not may_last(arrays, march):
         return False
+    march.enter(steps_of(arrays)[0])
     targets = _state(march)
     if not _fit(arrays, targets):
         return False

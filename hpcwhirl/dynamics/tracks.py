@@ -7,10 +7,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.case.growth import free_growth
 from hpcwhirl.case.limits import shortest_limits
 from hpcwhirl.case.plan import Marched
+from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.case.unbalance import centre_of, circle, swing
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
@@ -37,7 +38,9 @@ class Run(Protocol):
 
     Attributes
     ----------
+    case : the case
     scene, model, lean : scene and model of all sectors; those that are integrated
+    lost_at : step at whose end a blade is lost; 0: none during the run
     scheme, state, tracks : integrator, its state, samples and rows written so far
     stresses : (samples, N, P), Pa, at the named points of all blades
     stride, beat : steps between samples, and between rows of evidence
@@ -46,9 +49,11 @@ class Run(Protocol):
     evidence_columns : number of columns of a row of evidence
     """
 
+    case: Case
     scene: Scene
     model: Model
     lean: Marched
+    lost_at: int
     scheme: Integrator
     state: Any
     tracks: Tracks
@@ -188,12 +193,22 @@ def _circle(march: Run, time: Floats) -> Floats:
         return march.tracks.evidence[: len(time), beside].copy()
     if law_of(march.scene) is not None:
         return np.zeros((len(time), 2))
-    places, swung = circle(march.model, march.scene), swing(march.model, march.scene)
-    z = np.full(len(time), 0j if places is None else centre_of(march.model, places))
-    if swung is not None:
-        back = centre_of(march.model, swung.conj()) / 2
-        z += back * np.exp(-2j * march.scene.speed * time)
+    z, before = _steady_centre(march.model, march.scene, time), march.case.before
+    if before is not None:
+        lost = march.lost_at * march.scene.solver.time_step
+        was = _steady_centre(before.model, before.scene, time)
+        z = np.where(time > (1.0 + 1e-12) * lost, z, was)
     return np.column_stack([z.real, z.imag])
+
+
+def _steady_centre(model: Model, scene: Scene, time: Floats) -> Complexes:
+    """Return the centre's motion by unbalance at times, s, (b,), rotating frame, m."""
+    places, swung = circle(model, scene), swing(model, scene)
+    z = np.full(len(time), 0j if places is None else centre_of(model, places))
+    if swung is not None:
+        back = centre_of(model, swung.conj()) / 2
+        z += back * np.exp(-2j * scene.speed * time)
+    return z
 
 
 def _blur(march: Run) -> tuple[float, float]:

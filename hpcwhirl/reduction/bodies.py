@@ -12,14 +12,20 @@ from functools import lru_cache
 import numpy as np
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.reduction.craig_bampton import rough_modes
+from hpcwhirl.reduction.craig_bampton import craig_bampton, rough_modes
 from hpcwhirl.reduction.imported import rotor_from
-from hpcwhirl.reduction.mistuned import boundary_of, named_after, whole_model
+from hpcwhirl.reduction.mistuned import (
+    basis_of,
+    boundary_of,
+    named_after,
+    whole_model,
+)
 from hpcwhirl.reduction.modes import (
     SUSPENSION_SHARE,
     ModalModel,
     centre_rows,
     modal_model,
+    whole_basis,
     with_ratio,
 )
 from hpcwhirl.reduction.round_casing import (
@@ -34,6 +40,7 @@ from hpcwhirl.scene import Casing, Rotor
 from hpcwhirl.scene.kept_tables import kept_rows
 from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.structure import (
+    CyclicStructure,
     FourierOperator,
     RingOperator,
     bladed_disk,
@@ -61,6 +68,7 @@ OF_SUPPORTS = (
     "film_radius",
     "film_clearance",
 )  # inputs of dampers and bearings, which leave a rotor's M and K unchanged
+WHOLE = {"lost_blade": NO_BLADE}  # input of a rotor that has all its blades
 SPARSE = 4  # interior DoF per wanted mode beyond which sparse matrices are faster
 SUPPORT_SHARE = 0.5  # least share of a support mode's strain energy in the foundation
 
@@ -86,8 +94,11 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
         return _borne(model, rotor)
     if rotor.has_line:  # its supports have dampers of their own
         return _supported(model, rotor, 0.0)
-    ratios = rotor.damping, rotor.suspension_damping
-    return _supported(model, rotor, standing_damping(model, rotor.blades, *ratios))
+    ratios, same = (rotor.damping, rotor.suspension_damping), model
+    if rotor.lost_blade != NO_BLADE:  # the damper stays as it is
+        same = _undivided(bare.model_copy(update=WHOLE), eta, rotation)
+        same = replace(same, damping=rotor.damping)
+    return _supported(model, rotor, standing_damping(same, rotor.blades, *ratios))
 
 
 def _borne(model: ModalModel, rotor: Rotor) -> ModalModel:
@@ -136,21 +147,83 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
     """
     disk = bladed_disk(rotor)
     added = rotation_of(rotor) if rotation == "full" else None
+    if rotor.lost_blade != NO_BLADE:
+        return _with_loss(rotor, eta, rotation)
     if not rotor.is_uneven:
         model = with_blocks(modal_model(disk, rotor.damping, eta, added), rotor.blades)
         if added is None:
             return model
         rest = _undivided(rotor, eta, "none")
         return replace(model, reach=float(rest.omega.max()))
+    model = whole_model(disk, rotor.damping, eta, added, _near(rotor, disk, eta))
+    return _named(model, rotor, eta)
+
+
+def _near(rotor: Rotor, disk: CyclicStructure, eta: int) -> Floats | None:
+    """Return modes from which those of a mistuned rotor are iterated, or None.
+
+    None where an eigensolver of dense matrices is quicker. disk : the bladed disk
+    """
     most = len(disk.mass) - len(boundary_of(disk))
-    tuned = rotor.model_copy(update={"mistuning": (), "lost_blade": NO_BLADE})
-    near = None
-    if rotor.lost_blade == NO_BLADE and SPARSE * (eta + rotor.blades) < most:
-        near = _held_modes(tuned, eta + rotor.blades)
-    model = whole_model(disk, rotor.damping, eta, added, near)
+    if SPARSE * (eta + rotor.blades) >= most:
+        return None
+    tuned = rotor.model_copy(update={"mistuning": ()})
+    return _held_modes(tuned, eta + rotor.blades)
+
+
+def _named(model: ModalModel, rotor: Rotor, eta: int) -> ModalModel:
+    """Return a rotor of unequal sectors with modes named after those of a tuned one."""
+    tuned = rotor.model_copy(update={"mistuning": ()} | WHOLE)
+    disk = bladed_disk(tuned)
+    most = len(disk.mass) - len(boundary_of(disk))
     # one mode more, as eta may split a pair of the tuned rotor, which is used for
     # labels
     return named_after(model, _tuned_model(tuned, eta + 1, most, model), rotor.blades)
+
+
+def _with_loss(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
+    """Return the bladed disk that has lost a blade, in the basis of the whole one.
+
+    So a run in which the blade is lost continues with the displacements and velocities
+    that it has. The coordinates are changed inside: as those of a Craig-Bampton
+    reduction they depend little on the share of the blade that is left.
+
+    rotor, eta, rotation : as in `_undivided`
+    """
+    own = rotor.model_copy(update=WHOLE)
+    whole, disk = _undivided(own, eta, rotation), bladed_disk(rotor)
+    added = rotation_of(rotor) if rotation == "full" else None
+    tilt = np.array(whole.spin.tilt if whole.spin else (), dtype=np.intp)
+    others = np.setdiff1d(np.arange(len(whole.mass)), tilt)
+    basis = _basis(own, eta, rotation)[:, others]
+    mass, stiffness = (_even(basis.T @ a @ basis) for a in (disk.mass, disk.stiffness))
+    kept = np.arange(len(boundary_of(disk)))
+    turned, _ = craig_bampton(mass, stiffness, kept, len(others) - len(kept))
+    into, size = np.zeros_like(whole.mass), len(others)
+    into[others, :size] = turned
+    into[tilt, size + np.arange(len(tilt))] = 1.0
+    if whole.cyclic:  # whose coordinates of the shaft are x and -y
+        into[tilt[1::2], size + 1 + np.arange(0, len(tilt), 2)] = -1.0
+    model = whole_model(disk, rotor.damping, eta, added, basis=basis @ turned)
+    model = replace(model, reach=whole.reach, into_whole=into)
+    return _named(model, rotor, eta)
+
+
+def _even(matrix: Floats) -> Floats:
+    return np.asarray((matrix + matrix.T) / 2)
+
+
+def _basis(rotor: Rotor, eta: int, rotation: str) -> Floats:
+    """Return displacements of a disk's DoF, (d, n), for unit coordinates of its model.
+
+    rotor, eta, rotation : as in `_undivided`, of a rotor with all its blades
+    """
+    disk = bladed_disk(rotor)
+    added = rotation_of(rotor) if rotation == "full" else None
+    if not rotor.is_uneven:
+        return whole_basis(disk, eta, added)
+    near = _near(rotor, disk, eta)
+    return basis_of(disk, boundary_of(disk), eta, added, near)
 
 
 @lru_cache(maxsize=4)

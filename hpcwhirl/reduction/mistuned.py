@@ -151,7 +151,7 @@ def _reference_speed(structure: CyclicStructure) -> float:
     return modes.speed_of_basis(*mean)
 
 
-def _basis(
+def basis_of(
     structure: CyclicStructure,
     boundary: Indices,
     eta: int,
@@ -178,6 +178,7 @@ def whole_model(
     eta: int,
     rotation: Rotation | None = None,
     near: Floats | None = None,
+    basis: Floats | None = None,
 ) -> modes.ModalModel:
     """Return the Craig-Bampton reduction (Eq. 1 of the paper) of all sectors at once.
 
@@ -195,9 +196,13 @@ def whole_model(
         matrices of the rotor's rotation, if included, see `modal_model`
     near
         fixed-interface modes of the tuned rotor, see `craig_bampton`
+    basis
+        (n, m), displacements of all DoF for unit coordinates of the model, of which
+        those of tips and centre are the first; None: the basis of this structure
     """
     boundary = boundary_of(structure)
-    basis = _basis(structure, boundary, eta, rotation, near)
+    if basis is None:
+        basis = basis_of(structure, boundary, eta, rotation, near)
     mass, stiffness = (
         basis.T @ full @ basis for full in (structure.mass, structure.stiffness)
     )

@@ -174,6 +174,8 @@ class ModalModel:
     reach : rad/s, highest omega of the basis at rest; modes above it occur only because
         the basis was extended to all speeds
     stress : stress at named points of the blades, of a rotor from file that has it
+    into_whole : (n, n), coordinates of the rotor with all its blades, for unit ones of
+        this rotor, which has lost one; None: none is lost
     points : contact points of a rotor that has several per tip; its tips are then the
         reference points, and the coordinates of all others come after the centre
     """
@@ -195,6 +197,7 @@ class ModalModel:
     points: TipPoints | None = None
     stress: Stress | None = None
     unheld: Floats | None = None
+    into_whole: Floats | None = None
 
     @property
     def ratios(self) -> Floats:
@@ -305,6 +308,8 @@ class Block:
         the centre, fixed-interface modes
     omega, modes : (n,), rad/s; (n, n), a mode in each column; empty if not needed
     coriolis, stiffening, load, quartic : terms of rotation, if included, see `Spin`
+    basis : (d, n), displacements of a sector's d DoF and the centre in each amplitude,
+        those of a disk's tilt apart; None: the amplitudes are these displacements
     """
 
     k: int
@@ -317,6 +322,7 @@ class Block:
     stiffening: Complexes | None = None
     load: Complexes | None = None
     quartic: Complexes | None = None
+    basis: Complexes | None = None
 
     @property
     def multiplicity(self) -> int:
@@ -456,6 +462,7 @@ def _blocks(
         mass = block(structure.mass, structure, k)
         stiffness = block(structure.stiffness, structure, k)
         added = None if rotation is None else _added(rotation, structure, k)
+        basis = None
         if eta is not None:
             hub = structure.sector_size + np.arange(centre_width(structure, k))
             boundary = np.r_[np.array(structure.boundary, dtype=np.intp), hub]
@@ -478,8 +485,8 @@ def _blocks(
         else:
             squared, modes = eigh(stiffness, mass)
         omega = np.sqrt(np.maximum(squared, 0.0))
-        shapes = modes.astype(np.complex128)
-        yield Block(k, simple, mass, stiffness, omega, shapes, *(added or ()))
+        more = *(added or (None, None, None)), None, basis
+        yield Block(k, simple, mass, stiffness, omega, modes + 0j, *more)
 
 
 def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
@@ -629,6 +636,33 @@ def assembled_spin(
         quartic = _summed(pieces, "quartic")
     turned, stiffening = (coriolis - coriolis.T) / 2, _summed(pieces, "stiffening")
     return Spin(turned, stiffening, load, quartic, tilt=tilt, swing=swing)
+
+
+def whole_basis(
+    structure: CyclicStructure, eta: int, rotation: Rotation | None = None
+) -> Floats:
+    """Return the basis to which `modal_model` reduces a structure, (d, n).
+
+    Its columns are displacements of all d DoF of the structure for unit values of the n
+    coordinates; they are 0 for coordinates of a disk's tilt, which no DoF has.
+
+    structure, eta, rotation : parameters of `modal_model`
+    """
+    kept, size = len(structure.boundary), len(structure.mass)
+    blocks = list(_blocks(structure, eta, rotation))
+    count = sum(len(b.mass) * b.multiplicity for b in blocks)
+    start = kept * structure.sectors + len(structure.centre)
+    out = np.zeros((size, count))
+    for piece in blocks:
+        given = np.asarray(piece.basis)
+        wide = np.pad(given, ((0, 0), (0, len(piece.mass) - given.shape[1])))
+        columns = physical_columns(piece, structure, kept, count, start)
+        own = replace(piece, mass=np.zeros((len(wide), 0), dtype=complex))
+        spread_out = physical_columns(own, structure, structure.sector_size, size, size)
+        out += spread_out @ real_block(wide, simple=piece.simple) @ columns.T
+        inner = len(piece.mass) - kept - centre_width(structure, piece.k)
+        start += inner * piece.multiplicity
+    return out
 
 
 def modal_model(

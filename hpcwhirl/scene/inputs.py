@@ -142,6 +142,10 @@ class Scene(Inputs, metaclass=_Told):
         "and a free centre", symbol="m e")
     unbalance_phase: Finite = given(0.0, "rad",
         "angle from blade 0 to the unbalance, in the direction of theta")
+    lost_blade_time: NonNegative = given(0.0, "s",
+        "time of the run at which lost_blade leaves the rotor, which has all its "
+        "blades until then; 0: when the run begins; not before the end of the run: no "
+        "blade is lost")
     start_energy: NonNegative = given(0.0, "J",
         "energy of the initial motion, in modes of both bodies; 0: at rest; the pulse "
         "acts in addition, unless `force` is 0; not with an unbalance", symbol="E_0")

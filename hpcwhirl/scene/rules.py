@@ -251,6 +251,8 @@ STEADY = Unless("where the speed changes", SPEED, _constant)
 STEADY_TOLD = STEADY._replace(told=f"{STEADY.told} ({', '.join(SPEED)})")
 STILL = Unless("where speed or gap change in time", (*CHANGING,), _unchanged)
 STILL_TOLD = STILL._replace(told=f"{STILL.told} ({', '.join(CHANGING)})")
+WHOLE_RUN = Unless("where a blade is lost during the run (lost_blade_time)",
+    ("lost_blade_time",), lambda time: time == 0.0)  # fmt: skip
 LAW = "engine.casing.contact_law"
 NO_LAYER = Unless("where casing.contact_law is {}", (LAW,), _is(RIGID))
 # fmt: off
@@ -343,6 +345,14 @@ OF_SCENE = (
     must_be(0, "revolutions", STEADY_TOLD),
     must_be(0, "output.chaos", STILL_TOLD),
     must_be("", "history", STILL_TOLD, note="; leave out [branch]"),
+    must_be(0, "output.chaos", WHOLE_RUN),
+    must_be("", "history", WHOLE_RUN, note="; leave out [branch]"),
+    Rule(("lost_blade_time", "solver.until"),
+        lambda time, until: (time == 0.0) | (until != "decided"),
+        lambda *_: "solver.until must be end or certain where a blade is lost during "
+            "the run (lost_blade_time), got decided"),
+    must_be(0, "lost_blade_time", Unless("where no blade is lost (lost_blade)",
+        ("engine.rotor.lost_blade",), lambda lost: lost != NO_BLADE)),
     must_be("", "history", Unless("where the casing is not round (profile, offset)",
         ("engine.casing.profile", "engine.casing.profile_scale",
          "engine.casing.offset"),
@@ -410,8 +420,8 @@ OF_SCENE = (
         ("engine.rotor.centre",), _is_not("clamped"))),
     must_be(0, "start_energy", Unless(
         "with an unbalance or a lost blade, which set the initial motion",
-        ("unbalance", "engine.rotor.lost_blade"),
-        lambda load, lost: (load == 0.0) & (lost == NO_BLADE))),
+        ("unbalance", "engine.rotor.lost_blade", "lost_blade_time"),
+        lambda load, lost, time: (load == 0.0) & ((lost == NO_BLADE) | (time > 0.0)))),
     Rule(("revolutions", "speed"),
         lambda revolutions, speed: (revolutions <= 0) | (speed != 0),
         lambda *_: "revolutions must be 0 where speed is 0, got revolutions > 0"),

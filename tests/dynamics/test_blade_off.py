@@ -13,7 +13,10 @@ from jeffcott import GAP, MASS, OWN, RATIO, stiff
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.unbalance import centre_of, circle, facts_of_unbalance
 from hpcwhirl.cli import main
+from hpcwhirl.dynamics.bodies.motion import after_loss
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.waves import tip_growth
 from hpcwhirl.scene import Scene, apply_settings
@@ -177,3 +180,97 @@ def test_a_rotor_that_loses_a_blade_may_have_any_number_of_modes(modes):
     own = {"blades": 5, "rotor.elements": 3, "modes": modes, "lost_blade": 1}
     model = resolve(apply_settings(Scene(), {"rotation": "full"} | own)).model
     assert len(model.rotor.omega) >= modes
+
+
+LATER = {
+    "duration": 8e-3, "gap": 2e-4, "force": 3e4, "amplitude_limit": 2.0,
+    "unbalance": 0.1, "traces": "full",
+}  # fmt: skip
+AT = 3.002e-3  # s, no multiple of a slice
+
+
+@pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
+@pytest.mark.parametrize("shaft", ["springs", "cantilever"])
+def test_what_is_left_goes_on_as_it_moved(scheme, shaft):
+    """Displacements, velocities and momentum; the energy's change is in the ledger."""
+    march = march_of(**LATER, lost_blade_time=AT, scheme=scheme, shaft=shaft)
+    march.advance(march.lost_at - 1)
+    march._call(1)
+    before, ledger, old = march.motion(), march.history().ledger, march.scheme
+    march._lose()
+    after, left = march.motion(), march.model.rotor
+    assert march.scheme is not old
+    assert march.steps * march.scene.solver.time_step == pytest.approx(AT)
+    own = after_loss(march.model, before)
+    for found, wanted in zip(after[:4], own[:4], strict=True):
+        assert found == pytest.approx(wanted, rel=1e-8, abs=1e-9 * abs(wanted).max())
+    tips = np.r_[:6, 8:12]  # of the other blades, and the centre
+    assert after.rotor[tips] == pytest.approx(before.rotor[tips], abs=1e-14)
+    whole = march.case.before.model.rotor.mass
+    lost = left.into_whole.T @ whole @ left.into_whole - left.mass
+    assert np.linalg.eigvalsh(lost).min() > -1e-9 * abs(lost).max()  # of the blade
+    push = np.zeros(len(lost))
+    push[10] = 1.0  # a translation along x: all tips with the centre
+    angles = 2 * np.pi * np.arange(5) / 5
+    push[0:10:2], push[1:10:2] = np.cos(angles), -np.sin(angles)
+    static = np.linalg.solve(left.stiffness[12:, 12:], -left.stiffness[12:, :12])
+    push[12:] = static @ push[:12]
+    had = left.into_whole @ push @ whole @ before.rotor_velocity
+    has, gone = (push @ m @ after.rotor_velocity for m in (left.mass, lost))
+    assert has == pytest.approx(had - gone, rel=1e-7)
+    now = march.history().ledger
+    assert now["residual"] == pytest.approx(
+        ledger["residual"], abs=1e-9 * now["energy"]
+    )
+    assert now["pulse"] - ledger["pulse"] == pytest.approx(
+        now["energy"] - ledger["energy"]
+    )
+
+
+def test_a_blade_that_is_lost_after_the_run_changes_no_bit():
+    given = LATER | {"scheme": "modal"}
+    whole, later = (
+        march_of(**given, lost_blade=blade, lost_blade_time=time)
+        for blade, time in ((-1, 0.0), (3, 8e-3))
+    )
+    assert fingerprint(whole) == fingerprint(later)
+    one, other = whole.run(), later.run()
+    assert (one.tips == other.tips).all()
+    assert one.ledger == other.ledger
+
+
+@pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
+def test_a_blade_that_is_lost_at_once_is_lost_at_the_start(scheme):
+    """Of a wheel at rest in its place, in a rigid casing, where nothing acts before."""
+    given = RIGID | {
+        "gap": 2e-4, "duration": 4e-3, "interval": 2e-6, "scheme": scheme,
+        "traces": "full", "amplitude_limit": 2.0,
+    }  # fmt: skip
+    first = march_of(**given).run()
+    later = march_of(**given, lost_blade_time=1e-3).run()
+    moved = later.tips[500:]
+    assert np.abs(later.tips[:500]).max() < 1e-15
+    size = np.abs(moved).max()
+    assert first.contacts > 0
+    assert np.abs(moved - first.tips[: len(moved)]).max() <= 1e-9 * size
+
+
+def test_a_state_from_before_the_loss_and_one_after_it_go_on():
+    case = resolve(apply_settings(Scene(), SMALL | LATER | {"lost_blade_time": AT}))
+    whole = March(case)
+    whole.run()
+    for steps in (700, 1501, 1502, 3000):
+        march, other = March(case), March(case)
+        march.advance(steps)
+        assert restore(other, snapshot(march))
+        assert other.steps == steps
+        other.run()
+        assert (other.tracks.tips == whole.tracks.tips).all()
+        assert (other.state.ledger == whole.state.ledger).all()
+
+
+def test_a_later_loss_is_told_from_none():
+    with pytest.raises(InputError, match="lost_blade_time must be 0 where no blade"):
+        apply_settings(Scene(), SMALL | {"lost_blade": -1, "lost_blade_time": 1.0})
+    with pytest.raises(InputError, match="until must be end or certain where a blade"):
+        march_of(lost_blade_time=1e-3, until="decided", longest=4.0)

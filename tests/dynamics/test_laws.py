@@ -75,10 +75,12 @@ def test_gaps_stay_open(scenes, name, scheme):
         wall += departure(shape_of(march.scene), angles)
     closed = speed.closure_at(march.scene, history.time)[:, None]
     gaps = BASE["gap"] - closed + wall - history.tips[..., 0]
-    present = np.arange(gaps.shape[1]) != TABLE[name][0].get("lost_blade", -1)
+    given = TABLE[name][0]
+    present = np.arange(gaps.shape[1]) != given.get("lost_blade", -1)
     near = 1e-5 if any(law in name for law in BY_INTERVALS) else 1e-9
     assert gaps[:, present].min() > -near * np.abs(history.tips).max()
-    assert not history.blade_impulse[:, ~present].any()
+    gone = history.time > given.get("lost_blade_time", 0.0) + 1e-9
+    assert not np.diff(history.blade_impulse[gone][:, ~present], axis=0).any()
     assert history.gap_error < 1e-12
 
 
@@ -216,9 +218,10 @@ def test_the_error_of_free_motion_is_of_second_order_or_none(
     """
     monkeypatch.setattr(speed, "USUAL", 1e-13)
     begun = {} if any(n in name for n in UNSTARTED) else STARTED
+    longest = 1e-6 if "lost blade" in name else 4e-6  # the bare root is stiff
     found = [
         scenes.march(name, scheme, time_step=step, **SMOOTH, **CLEAR, **begun).run()
-        for step in (4e-6, 2e-6, 1e-6)
+        for step in (longest, longest / 2, longest / 4)
     ]
     errors = {
         series: [

@@ -87,6 +87,7 @@ NEEDS["engine.rotor.shaft_station"] = TURNING | {
         "the shaft",
     )
 }
+NEEDS["lost_blade_time"] = TURNING | {LOST: 3}
 VALUES = {
     "speed": st.floats(1e-3, 1e4) | st.floats(-1e4, -1e-3),
     "nodal_diameter": st.integers(0, 20),
@@ -156,6 +157,7 @@ def test_every_input_is_set_and_written_by_its_dotted_name():
     values |= {**dict.fromkeys(STANDING, 0.0), "unbalance": 0.0}  # of a clamped centre
     values["engine.rotor.shaft_station"] = 0  # of a shaft with mass
     values |= {"engine.rotor.shaft": "springs", LOST: -1, BEARING: ""}
+    values["lost_blade_time"] = 0.0  # nor without its blade
     values |= {**CHANGING, "history": "", "branch": "start"}  # not with chaos or shapes
     values |= {"engine.casing.contact_law": "rigid", "friction_law": "constant"}  # nor
     values["engine.casing.profile_release"] = 0.0  # not of a rigid casing

@@ -74,6 +74,15 @@ TABLE = {  # scene: what is set, the schemes that march it
     "lost blade": (FULL | {"lost_blade": 2}, CENTRAL),
     "lost blade, rigid": (FULL | RIGID | {"lost_blade": 2}, ("modal",)),
     "lost blade, elements": (FULL | ELEMENTS | {"lost_blade": 2}, ("modal",)),
+    "lost blade later": (
+        FULL | {"lost_blade": 2, "lost_blade_time": 1.5e-3, "unbalance": 5e-3}, CENTRAL
+    ),
+    "lost blade later, rigid": (
+        FULL | RIGID | {"lost_blade": 2, "lost_blade_time": 1.5e-3}, ("modal",)
+    ),
+    "lost blade later, elements": (
+        FULL | ELEMENTS | {"lost_blade": 2, "lost_blade_time": 1.5e-3}, ("modal",)
+    ),
     "film": (FULL | {"film_viscosity": 0.01}, ("modal", "paper")),
     "unequal, film": (FULL | UNEQUAL | {"film_viscosity": 0.01}, ("modal",)),
     "unlike supports": (

@@ -82,12 +82,10 @@ class Steps(Protocol):
         x, time : (n,), displacements or modal amplitudes of the body; s, of x_n
         """
 
-    def increments(self, x: Floats, v: Floats) -> Floats:
+    def increments(self, x: Floats, v: Floats, time: float = 0.0) -> Floats:
         """Return a body's increments d = x_n - x_{n-1}, (n,), from x and velocities v.
 
-        The motion is that at time 0.
-
-        x : (n,), displacements or modal amplitudes of the body
+        x, time : (n,), displacements or modal amplitudes of the body; s, of x_n
         """
 
 
@@ -115,7 +113,7 @@ class CentralSteps:
         ahead = _times(self.keep, d) - _times(self.pull, x)
         return np.asarray((d + ahead) / (2 * self.step))
 
-    def increments(self, x: Floats, v: Floats) -> Floats:
+    def increments(self, x: Floats, v: Floats, _: float = 0.0) -> Floats:
         """Return a body's increments d, which solve (1 + keep) d = 2 dt v + pull x.
 
         They are those of the last step, (n,).
@@ -173,6 +171,19 @@ def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
                 return None
             found.append(q)
     return Amplitudes(*found)
+
+
+def after_loss(model: Model, motion: Motion) -> Motion:
+    """Return a motion in the coordinates of the rotor that has lost a blade.
+
+    model, motion : of this rotor; of the rotor with all its blades
+    """
+    into = model.rotor.into_whole
+    if into is None:
+        return motion
+    pair = np.stack([motion.rotor, motion.rotor_velocity], axis=1)
+    x, v = np.linalg.solve(into, pair).T
+    return motion._replace(rotor=x, rotor_velocity=v)
 
 
 def check_sizes(model: Model, motion: Motion) -> None:

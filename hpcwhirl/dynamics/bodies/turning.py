@@ -99,14 +99,20 @@ def swings(scene: Scene) -> tuple[float, float]:
     return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
 
 
-def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
-    """Return (amplitudes, increments) of the modes of an unbalanced orbit at step 0.
+def amplitudes_at(steps: int, count: int, scene: Scene) -> tuple[Floats, Floats]:
+    """Return (amplitudes, increments) of the modes of an unbalanced orbit at a step.
 
+    steps : number of the step
     count : number of these modes, see `circling_modes`: 0, 1 or 3
     """
-    pull, sine = swings(scene)
-    q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
-    return q[:count], d[:count]
+    if steps == 0:
+        pull, sine = swings(scene)
+        q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
+        return q[:count], d[:count]
+    turn = 2.0 * scene.speed * scene.solver.time_step
+    now, before = turn * steps, turn * (steps - 1)
+    q = np.array([1.0, math.cos(now), math.sin(now)])
+    return q[:count], (q - [1.0, math.cos(before), math.sin(before)])[:count]
 
 
 def jitter(body: DenseBody, model: Model, step: float) -> tuple[float, float]:
@@ -278,13 +284,14 @@ def added_by(stand: Stand, x: Floats, free: Floats, time: float) -> Floats:
     return _gained(stand, answer(stand.give, held, moving, even, drift))
 
 
-def included_in(stand: Stand, x: Floats, v: Floats) -> Floats:
+def included_in(stand: Stand, x: Floats, v: Floats, time: float = 0.0) -> Floats:
     """Return what the supports have added to velocities (d + d') / 2 dt, (n,).
 
     stand : the kernel's arrays of the supports
-    x, v : (n,), a rotor's coordinates, and their velocities at time 0
+    x, v : (n,), a rotor's coordinates, and their velocities
+    time : s, of x and v, see `added_by`
     """
-    held, even, drift = terms_at(stand, at_centre(stand.hub, x), 0.0)
+    held, even, drift = terms_at(stand, at_centre(stand.hub, x), time)
     moving = at_centre(stand.hub, v)
     return _gained(stand, -held - even * moving - drift * moving.conjugate())
 
@@ -313,12 +320,13 @@ class SupportedSteps(CentralSteps):
         free = super().velocities(x, d)
         return free + added_by(self.stand, x, free, time)
 
-    def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return the rotor's increments d = x_n - x_{n-1} at time 0, (n,).
+    def increments(self, x: Floats, v: Floats, time: float = 0.0) -> Floats:
+        """Return the rotor's increments d = x_n - x_{n-1}, (n,).
 
         x, v : (n,), its coordinates, and their velocities
+        time : s, of x, see `velocities`
         """
-        return super().increments(x, v - included_in(self.stand, x, v))
+        return super().increments(x, v - included_in(self.stand, x, v, time))
 
 
 def steps_on(stand: Stand, free: CentralSteps) -> CentralSteps:

@@ -75,7 +75,7 @@ class DrivenRotor:
     Attributes
     ----------
     order, starts : results of `by_diameter`
-    shapes : (n, m), shapes of the modes in this order
+    shapes, mass : (n, m), shapes of the modes in this order; (n, n), M
     alike : (r,), indices of the modes that f_0 moves, block by block
     begun : (a + 1,), index in `alike` of the first mode of each of a blocks, and r
     force : (m,), f_0 in the present interval of speed
@@ -86,6 +86,7 @@ class DrivenRotor:
         self.order, self.starts = by_diameter(body)
         self.step = scene.solver.time_step
         self.supports = spin.support, *(one.support for one in spin.stations)
+        self.mass = body.mass
         self.moment = scene.unbalance * cmath.exp(1j * scene.unbalance_phase)
         self.shapes = body.shapes[:, self.order]
         self.hub = centre_rows(body, model.blades)[:, self.order]
@@ -95,6 +96,9 @@ class DrivenRotor:
         self.radial, self.tangential = (part[:, self.order] for part in rows)
         swing = np.zeros(len(body.mass)) if spin.swing is None else spin.swing
         self.euler = self.shapes.T @ swing
+        self.released = np.zeros(len(self.order))
+        if spin.released is not None:
+            self.released = self.shapes.T @ spin.released
         none = np.zeros_like(spin.stiffening)
         damping = body.damping_matrix()
         if spin.material is not None:
@@ -126,7 +130,8 @@ class DrivenRotor:
                 for i, part in enumerate(parts)
             ]
             held = np.ascontiguousarray(self.rows[:, :, modes].swapaxes(1, 2))
-            moved = self.euler[modes].any(axis=1)
+            moved = (self.euler[modes] != 0.0) | (self.released[modes] != 0.0)
+            moved = moved.any(axis=1)
             moved |= held[0].any(axis=(1, 2)) & (self.moment != 0.0)
             extra = further + size**2 * np.arange(moved.sum())
             further += size**2 * len(extra)
@@ -157,6 +162,7 @@ class DrivenRotor:
         step, speed, rate = self.step, interval.speed, interval.rate
         pull = (speed**2 - 1j * rate) * self.moment
         self.force = np.array([pull.real, pull.imag]) @ self.hub - rate * self.euler
+        self.force += speed**2 * self.released
         for group in self.groups:
             gyro, damping, stiffness, push = self._held(group, speed)
             before = (damping + gyro) / (2 * step)
@@ -291,6 +297,22 @@ class DrivenSteps:
         state.d_b[:modes] = self.unforced().increments(state.q_b[:modes], v)
         state.d_b[modes:] = (rise - state.d_b[:modes])[own.alike]
 
+    def carry(self, state: BodiesState, parts: tuple[Floats, ...]) -> None:
+        """Set a state to a motion by contact and one without it.
+
+        parts : y, r, (n,), m, displacements by contact and without it, and y', x',
+            (n,), m/s, velocities by contact and of the whole motion x = y + r
+        """
+        own = self.rotor
+        lower = own.shapes.T @ own.mass
+        y, r, rate, whole = (lower @ part for part in parts)
+        state.q_b[:] = np.concatenate([y, r[own.alike]])
+        rise, all_rise = (
+            self.unforced().increments(y, rate),
+            self.increments(y + r, whole),
+        )
+        state.d_b[:] = np.concatenate([rise, (all_rise - rise)[own.alike]])
+
     def velocities(self, x: Floats, d: Floats, _: float = 0.0) -> Floats:
         """Return the rotor's velocities, (m,), from the state of its modes.
 
@@ -300,7 +322,7 @@ class DrivenSteps:
         free = CentralSteps(keep, pull, self.step).velocities(x, d)
         return np.asarray(free + moved / (2 * self.step))
 
-    def increments(self, x: Floats, v: Floats) -> Floats:
+    def increments(self, x: Floats, v: Floats, _: float = 0.0) -> Floats:
         """Return the rotor's last increments x_n - x_{n-1}, (m,), in its modes.
 
         x, v : (m,), amplitudes, and their velocities

@@ -10,7 +10,7 @@ import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, law_of
 from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
-from hpcwhirl.dynamics.bodies.motion import CentralSteps, Motion
+from hpcwhirl.dynamics.bodies.motion import CentralSteps, Motion, after_loss
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, modal_arrays
 from hpcwhirl.dynamics.bodies.turning import by_diameter, steps_on, turning
 from hpcwhirl.dynamics.bodies.varying import DrivenRotor, DrivenSteps, driven
@@ -87,6 +87,13 @@ class _Spinning(TwoBodies):
         )
         return now, (after - before) / (2.0 * step)
 
+    def aside(self, time: float) -> tuple[Floats, Floats]:
+        """Return the ellipse at a time, s, without its circle, see `Coordinates`."""
+        if self.still is None:
+            return super().aside(time)
+        places, rate = self._steady(time)
+        return places - self.still, rate
+
 
 class _Driven(TwoBodies):
     """Integrator of a rotor with terms of rotation whose speed changes.
@@ -141,6 +148,23 @@ class _Driven(TwoBodies):
         if state.counter[STEP] == 0 and not self.moves:  # at rest
             self.steps.set_out(state, np.zeros(len(self.own.order)))
         state.ledger[PULSE] += self.balance(state).energy - before
+
+    def go_on(self, old: TwoBodies, steps: int) -> None:
+        """Write the rotor's motions by contact and without it into this state.
+
+        old, steps : as for `Integrator.carry`
+        """
+        if not isinstance(old, _Driven):
+            raise TypeError(old)
+        motion, size = old.motion(old.state, steps), len(old.own.order)
+        y, d = old.state.q_b[:size], old.state.d_b[:size]
+        rate = old.steps.unforced().velocities(y, d)
+        by_contact = motion._replace(
+            rotor=old.own.shapes @ y, rotor_velocity=old.own.shapes @ rate
+        )
+        x, v, *_ = after_loss(self.model, motion)
+        own, rise, *_ = after_loss(self.model, by_contact)
+        self.steps.carry(self.state, (own, x - own, rise, v))
 
     def motion(self, state: BodiesState, steps: int) -> Motion:
         """Return displacements and velocities of rotor and casing in a given state.

@@ -95,6 +95,20 @@ class Integrator(ABC):
         cannot represent the motion, nothing changes.
         """
 
+    def carry(self, old: Integrator, steps: int) -> None:
+        """Continue the motion of another integrator of the same casing.
+
+        Displacements and velocities of both bodies are those in its state, in
+        coordinates that both models share; contacts, works and counters go on. The
+        change of the energy is entered in the ledger as work of the loading.
+
+        A scheme without this method integrates no such cases.
+
+        old, steps : integrator, such as that of the rotor before it loses a blade; the
+            number of time steps taken so far
+        """
+        raise NotImplementedError
+
     def casing_waves(self, copies: Floats, stride: int) -> Floats:
         """Return the harmonics of the casing's displacement at samples of a run.
 

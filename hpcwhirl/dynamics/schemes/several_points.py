@@ -10,7 +10,13 @@ import numpy as np
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, angle_at, law_of
 from hpcwhirl.case.unbalance import share_at_start, steady_at
-from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, amplitudes, lowering
+from hpcwhirl.dynamics.bodies.motion import (
+    Amplitudes,
+    Motion,
+    after_loss,
+    amplitudes,
+    lowering,
+)
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign
 from hpcwhirl.dynamics.bodies.turning import added_by, included_in
 from hpcwhirl.dynamics.kernels import contact
@@ -99,14 +105,15 @@ class BothAsWaves(Integrator):
         if share < 1.0:
             state.sums_b[2] = state.ledger[contact.PULSE] = self.balance(state).energy
 
-    def _write(self, q: Floats, rate: Floats) -> None:
-        """Write the motion that contact causes of the rotor at time 0 into the state.
+    def _write(self, q: Floats, rate: Floats, time: float = 0.0) -> None:
+        """Write the motion that contact causes of the rotor into the state.
 
         q, rate : (m,), amplitudes of the modes at rest, and their velocities
+        time : s, at which the directions of the supports are taken
         """
         stand = self.arrays.rotor.support.stand
         if len(stand.hub):
-            rate = rate - included_in(stand, q, rate)
+            rate = rate - included_in(stand, q, rate, time)
         self.state.rotor[self.waves.places()[0]] = self.waves.rotor.write(q, rate)
 
     def _of_rotor(self, state: CyclicState, steps: int) -> tuple[Floats, Floats]:
@@ -176,6 +183,43 @@ class BothAsWaves(Integrator):
         if len(self.arrays.rotor.support.which):
             return None
         return free_points(self.reads)
+
+    def carry(self, old: Integrator, steps: int) -> None:
+        """Continue the motion of the rotor before it lost a blade.
+
+        old, steps : as for `Integrator.carry`
+        """
+        if not isinstance(old, BothAsWaves):
+            raise TypeError(old)
+        state, was = self.state, old.state
+        for name in "lam", "gaps", "sums_b", "last", "counter", "ledger", "impulse":
+            getattr(state, name)[:] = getattr(was, name)
+        beside, before = self.waves.places()[1], old.waves.places()[1]
+        if len(beside):
+            body = old.waves.casing
+            rows = real_rows(body.shapes), real_rows(body.rates)
+            parts = (own @ was.rotor[before] for own in rows)
+            state.rotor[beside] = self.waves.casing.write(*parts)
+        self._go_on(after_loss(self.model, old.motion(was, steps)), steps)
+        gained = self.balance(state).energy - old.balance(was).energy
+        state.sums_b[2] += gained
+        state.ledger[contact.PULSE] += gained
+        self._change_gaps(state)
+
+    def _go_on(self, motion: Motion, steps: int) -> None:
+        """Write a motion of the rotor into the state, with the steady one at a step."""
+        model, scene, state = self.model, self.scene, self.state
+        step, turned = scene.solver.time_step, self.waves.apart[2]
+        lower, time = model.rotor.shapes.T @ model.rotor.mass, steps * step
+        before, now, after = (
+            steady_at(model, scene, time + d) for d in (-step, 0.0, step)
+        )
+        phase = np.exp(1j * steps * np.angle(1.0 + self.waves.steady.ahead))
+        state.rotor[turned] = phase.real
+        state.rotor[self.waves.half + turned] = phase.imag
+        q = lower @ (motion.rotor - now)
+        rate = lower @ (motion.rotor_velocity - (after - before) / (2.0 * step))
+        self._write(q, rate, time)
 
     @cached_property
     def _turning(self) -> TurningCasing:

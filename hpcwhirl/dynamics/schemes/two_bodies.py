@@ -18,13 +18,14 @@ from hpcwhirl.dynamics.bodies.motion import (
     CentralSteps,
     Motion,
     Steps,
+    after_loss,
     check_sizes,
     gaps_of,
     lowering,
     modal_steps,
 )
 from hpcwhirl.dynamics.bodies.operators import unworn
-from hpcwhirl.dynamics.bodies.turning import amplitudes_at_start, steps_on
+from hpcwhirl.dynamics.bodies.turning import amplitudes_at, steps_on
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
@@ -85,7 +86,9 @@ class Coordinates:
         rate = self.steps.velocities(y, d[:size], time)
         return self.lift @ y + self.still, self.lift @ rate
 
-    def write(self, x: Floats, v: Floats, q: Floats, d: Floats) -> Floats:
+    def write(
+        self, x: Floats, v: Floats, q: Floats, d: Floats, time: float = 0.0
+    ) -> Floats:
         """Write a body's motion into a state; return its displacements a step earlier.
 
         They are (n,), m.
@@ -93,10 +96,11 @@ class Coordinates:
         x, v : (n,), displacements, m, and velocities, m/s
         q, d : out: the state's coordinates of the body, and their increments in the
             last step
+        time : s, of x
         """
         lower = self.lower()
         y = lower @ (x - self.still)
-        rise, size = self.steps.increments(y, lower @ v), len(y)
+        rise, size = self.steps.increments(y, lower @ v, time), len(y)
         q[:size], d[:size] = y + self.still if self.whole else y, rise
         return np.asarray(x - self.lift @ rise)
 
@@ -203,11 +207,48 @@ class TwoBodies(Integrator):
         share = share_at_start(model, scene)
         outward = steady_at(model, scene, 0.0)[model.places[0]]
         state.q_b[:m], state.d_b[:m] = own, rises
-        state.q_b[m:], state.d_b[m:] = amplitudes_at_start(len(state.q_b) - m, scene)
+        state.q_b[m:], state.d_b[m:] = amplitudes_at(0, len(state.q_b) - m, scene)
         for gaps in (state.gaps, state.older):
             gaps[:] = model.clearances(scene.gap) - share * outward
         if share < 1.0:
             state.ledger[PULSE] = self.balance(state).energy
+
+    def carry(self, old: Integrator, steps: int) -> None:
+        """Continue the motion of the rotor before it lost a blade.
+
+        old, steps : as for `Integrator.carry`
+        """
+        if not isinstance(old, TwoBodies):
+            raise TypeError(old)
+        state, was = self.state, old.state
+        whole = "q_c", "d_c", "loss_c", "gaps", "older", "last", "counter", "ledger"
+        for name in (*whole, "impulse", "worn"):
+            getattr(state, name)[:] = getattr(was, name)
+        state.loss_b[:], state.loss_b[0] = 0.0, was.loss_b.sum()
+        self.go_on(old, steps)
+        state.ledger[PULSE] += self.balance(state).energy - old.balance(was).energy
+
+    def go_on(self, old: TwoBodies, steps: int) -> None:
+        """Write the rotor's motion in another integrator's state into that of this.
+
+        old, steps : as for `Integrator.carry`
+        """
+        state, size = self.state, self.held[0].lift.shape[1]
+        time = steps * self.scene.solver.time_step
+        motion = after_loss(self.model, old.motion(old.state, steps))
+        places, rate = self.aside(time)
+        x, v = motion.rotor - places, motion.rotor_velocity - rate
+        self.held[0].write(x, v, state.q_b, state.d_b, time)
+        circling = amplitudes_at(steps, len(state.q_b) - size, self.scene)
+        state.q_b[size:], state.d_b[size:] = circling
+
+    def aside(self, _: float) -> tuple[Floats, Floats]:
+        """Return the motion at a time, s, that further coordinates of the state have.
+
+        It is a displacement, m, and a velocity, m/s, of the rotor, (n,) each.
+        """
+        none = np.zeros(len(self.model.rotor.shapes))
+        return none, none
 
     def release(self, state: BodiesState, places: Floats, _: int) -> None:
         """Let go of a casing held in a shape: add the shape to a state's motion.
