@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from evidence import planted
+from pictures import rooms
 
 ROOT = Path(__file__).parents[2]
 KINDS = {".py", ".sh", ".md", ".toml"}
@@ -47,3 +48,14 @@ def test_the_place_of_every_bug_is_in_the_source():
     found = planted.bugs()
     assert len(found) > 50
     assert not [(bug.name, bug.file) for bug in found if not bug.standing]
+
+
+def test_the_picture_of_the_rooms_is_that_of_their_imports():
+    page = rooms.PAGE.read_text("utf-8")
+    assert rooms.with_picture(page) == page  # rooms.py --write
+
+
+def test_a_circle_of_imports_has_no_floors():
+    assert rooms.floors_of({"a": {"b"}, "b": set(), "c": {"b"}}) == [["b"], ["a", "c"]]
+    with pytest.raises(ValueError, match="a circle of imports in a, b"):
+        rooms.floors_of({"a": {"b"}, "b": {"a"}, "c": set()})
