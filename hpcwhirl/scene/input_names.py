@@ -48,7 +48,7 @@ _LEFT_OUT = "this is not modelled; hpcwhirl manual trust lists what is left out"
 _SHAFT = (
     "the shaft is modelled by springs, see centre_stiffness, suspension_damping, "
     "cross_coupling and stiffness_difference; by a table over speed, see bearing; or "
-    "by a beam, see shaft"
+    "by a shaft with mass, disks and bearings, see hpcwhirl manual shaft"
 )
 OTHERWISE = {  # {word that users look up but that is no input: answer}
     "rpm": f'{_UNIT}: speed = "3000 rpm"',
