@@ -121,7 +121,7 @@ def test_a_misspelt_page_is_answered_by_the_nearest(capsys):
 @pytest.mark.parametrize(
     ("word", "told"),
     [
-        ("bearing", "see supports"),
+        ("bearing", "see shaft or supports"),
         ("Squeeze", "see supports"),
         ("gap", "see operation"),
     ],
@@ -207,11 +207,23 @@ def write_rotor():
     exec(compile(script, "wheels.md", "exec"), {})
 
 
+def write_shaft():
+    """Write rotor.toml here, a shaft of four sections, as one of ROSS is read."""
+    section = "{ length = 0.25, outer = 0.1 }"
+    bearing = "{{ station = {}, kxx = 1e7 }}"
+    Path("rotor.toml").write_text(
+        f"sections = [{', '.join([section] * 4)}]\n"
+        f"bearings = [{', '.join(map(bearing.format, (0, 4)))}]\n"
+    )
+
+
 @pytest.mark.parametrize("text", blocks("toml"))
 def test_a_campaign_quoted_is_one(text, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     if "rotor.h5" in text:
         write_rotor()
+    if "rotor.toml" in text:
+        write_shaft()
     path = tmp_path / "quoted.toml"
     path.write_text(text, encoding="utf-8")
     assert len(load_design(path, {}).scenes) > 1
