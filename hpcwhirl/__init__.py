@@ -3,7 +3,7 @@
 `Scene` holds the inputs of a case, `simulate` integrates it. `Design` holds the cases
 of a campaign; `campaign` integrates them, on all ranks of an MPI script, and returns
 their results. `open_results` reads the results of any campaign as an `xarray.Dataset`;
-`words` returns the possible words of a variable such as `regime`; `grid` turns the
+`words` returns the word of each case, of a variable such as `regime`; `grid` turns the
 dimension `case` into one axis per swept input; `shares` estimates the probability of
 each regime where inputs were drawn, `basins` the share of starts that end on each
 motion; `credibility` counts the cases that keep their word in all their twins;
@@ -58,19 +58,21 @@ _HOMES = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    import importlib
+if not TYPE_CHECKING:  # type checkers refuse a name that is not listed above
 
-    if name == "open_results":  # register the accessor `data.hpcwhirl`
-        importlib.import_module("hpcwhirl.report.accessor")
-    if name == "campaign":  # a callable package
-        return importlib.import_module("hpcwhirl.campaign")
-    if name in _HOMES:
-        home = importlib.import_module(_HOMES[name])
-        if name == "simulate":  # `Result.plot` draws by a room above its own
-            home.draw_results_by(_draw)
-        return getattr(home, name)
-    raise AttributeError(f"module 'hpcwhirl' has no attribute '{name}'")
+    def __getattr__(name: str) -> Any:
+        import importlib
+
+        if name == "open_results":  # register the accessor `data.hpcwhirl`
+            importlib.import_module("hpcwhirl.report.accessor")
+        if name == "campaign":  # a callable package
+            return importlib.import_module("hpcwhirl.campaign")
+        if name in _HOMES:
+            home = importlib.import_module(_HOMES[name])
+            if name == "simulate":  # `Result.plot` draws by a room above its own
+                home.draw_results_by(_draw)
+            return getattr(home, name)
+        raise AttributeError(f"module 'hpcwhirl' has no attribute '{name}'")
 
 
 def _draw(result: Any, *, transient: bool) -> Any:

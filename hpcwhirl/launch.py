@@ -12,6 +12,7 @@ import atexit
 import fcntl
 import os
 import re
+import shutil
 import signal
 import stat
 import sys
@@ -21,6 +22,7 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from hpcwhirl.errors import STOPPED, InputError, shown
@@ -262,6 +264,18 @@ def node_of(comm: Communicator) -> Communicator:
     from mpi4py import MPI
 
     return comm.Split_type(MPI.COMM_TYPE_SHARED)
+
+
+def mpirun() -> str:
+    """Return the path of the mpirun that starts ranks here; "" if there is none.
+
+    It is that on the path, else that beside this Python, as in a notebook whose
+    environment is not activated.
+    """
+    beside = str(Path(sys.executable).parent)
+    places = os.pathsep.join([os.environ.get("PATH", os.defpath), beside])
+    found = (shutil.which(name, path=places) for name in ("mpirun", "mpiexec"))
+    return next((path for path in found if path), "")
 
 
 def library() -> str:

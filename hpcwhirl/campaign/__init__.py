@@ -44,10 +44,11 @@ TYPE_CHECKING = False  # nothing is imported before the signal handlers are inst
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
-    from typing import Any
+    from typing import Any, Unpack
 
     import xarray
 
+    from hpcwhirl.campaign.options import Options
     from hpcwhirl.campaign.plan.design import Design
     from hpcwhirl.launch import Communicator
     from hpcwhirl.scene import Scene
@@ -63,7 +64,7 @@ def campaign(
     variables: Mapping[str, str | tuple[str, str]] | None = None,
     version: str | int | None = None,
     comm: Communicator | None = None,
-    **options: Any,
+    **options: Unpack[Options],
 ) -> xarray.Dataset:
     """Integrate or continue a campaign and return its results.
 
@@ -89,8 +90,11 @@ def campaign(
     version : version of `measure`, such as "2", which is compared instead of its
         source and values; needed if these cannot be determined
     comm : an MPI communicator; None: all ranks that were started, or this process
-    options : options of the command: `retry`, `walltime`, `case_limit`, `max_fails`,
-        `isolate`, `save_every`, `patience`, `same`, `fresh`, `take_over`
+    options : `ranks`, a number of ranks that this call starts by mpirun, as for all
+        cores from a notebook (a function `measure` must then stand in a file that they
+        can import); and options of the command: `retry`, `walltime`, `case_limit`,
+        `max_fails`, `isolate`, `save_every`, `keep_states`, `patience`, `same`,
+        `fresh`, `take_over`
 
     Returns
     -------
@@ -116,7 +120,13 @@ def campaign(
     """
     from hpcwhirl.campaign.call import Call
 
-    return Call(design, out, measure, variables, version, options).run(comm)
+    ranks = options.pop("ranks", None)
+    call = Call(design, out, measure, variables, version, options)
+    if ranks is None:
+        return call.run(comm)
+    from hpcwhirl.campaign.started_ranks import on_ranks
+
+    return on_ranks(call, ranks)
 
 
 __doc__ = campaign.__doc__ or ""  # shown by help(hpcwhirl.campaign)

@@ -14,6 +14,7 @@ from hpcwhirl.campaign.begin import Policy, Prepared, as_begun
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.fingerprint import difference
 from hpcwhirl.campaign.measure import Measure, measure_of
+from hpcwhirl.campaign.options import Options
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.run import Session
 from hpcwhirl.campaign.stop import Stopping
@@ -38,8 +39,7 @@ if TYPE_CHECKING:
     import xarray
 
 FLAGS = ("fresh", "take_over")
-NO_OPTIONS = ("out", "map", "report")  # keys of [campaign] refused as keyword options
-OPTIONS = (*(set(Campaign.model_fields) - {*NO_OPTIONS}), *FLAGS)
+OPTIONS = tuple(Options.__annotations__)
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,26 @@ class Call:
     def run(self, comm: Communicator | None) -> xarray.Dataset:
         """Run the campaign on all ranks and return its results as a dataset.
 
-        An exception on one of several ranks ends all ranks.
-
         comm : communicator of all ranks; None: all ranks that were started
         """
         comm = communicator() if comm is None else comm
+        return self.opened(self.place(comm), tells=comm.rank == 0)
+
+    def opened(self, place: Path, *, tells: bool = True) -> xarray.Dataset:
+        """Return the results in a directory.
+
+        tells : whether to print for how many cases `measure` gave no numbers
+        """
+        data = hpcwhirl.open_results(place)  # also registers `data.hpcwhirl`
+        if tells and self.function is not None:
+            _tell_unmeasured(data)
+        return data
+
+    def place(self, comm: Communicator) -> Path:
+        """Run the campaign on all ranks and return its directory.
+
+        An exception on one of several ranks ends all ranks.
+        """
         with Stopping() as stopping, one_thread():
             alone = comm.size == 1  # no other rank waits: raise in the caller's process
             own, tell = (ALONE, None) if alone else (comm, _tell_broken)
@@ -78,10 +93,7 @@ class Call:
             sys.exit(session.code)
         if not isinstance(found, Path):
             raise found
-        data = hpcwhirl.open_results(found)  # also registers `data.hpcwhirl`
-        if comm.rank == 0 and self.function is not None:
-            _tell_unmeasured(data)
-        return data
+        return found
 
     def _agreed(self, comm: Communicator) -> tuple[Measure | None, WhirlError | None]:
         """Check that all ranks were given the same function `measure`; return it.

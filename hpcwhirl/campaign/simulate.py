@@ -42,11 +42,11 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.side_by_side import SideBySide
 from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.quantities import ROW
-from hpcwhirl.scene.units import with_unit
+from hpcwhirl.scene.units import in_shown, with_unit
 from hpcwhirl.scene.words import (
     BEYOND_FILM,
     BY_PULSE,
@@ -57,18 +57,22 @@ from hpcwhirl.scene.words import (
 )
 
 if TYPE_CHECKING:
+    import xarray
+
     from hpcwhirl.campaign.compute import Checkpoints
 
 Value = float | int | str
 USUAL = Thresholds()
 _LIMITS = asdict(MotionThresholds())
 SCENE_ROW = "speed", "nodal_diameter", "gap", "friction", "force", "pulse"
+WORDS = "outcome", "regime", "whirl", "motion"  # in the text of a result
+NUMBERS = "speed", "gap", "friction", "orbit_radius", "growth_rate", "contacts"
 HISTORY_ROW = "steps", "contacts", "contact_impulse", "centre_peak", "last_contact"
 Begin = tuple[Case, Motion | None]
 Ended = tuple[Mapping[str, Any], March]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """Result of a case: its numbers and words, and time histories (traces).
 
@@ -86,12 +90,36 @@ class Result:
     performance : {variable: value} that depend on the machine and its load, such as
         computing times
     notes : remarks on the case, as `hpcwhirl run` prints them
+    scene : inputs of the case, of a result of `simulate`
     """
 
     row: dict[str, Value]
     traces: dict[str, NDArray[np.float64]]
     performance: dict[str, Value]
     notes: tuple[str, ...] = ()
+    scene: Scene | None = None
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """Numbers, words and traces as xarray: units on each, traces over `time`.
+
+        It has the form of `open_results(...).isel(case=i)`, read-only copies.
+        """
+        from hpcwhirl.campaign.measure import one_case  # which imports this module
+
+        data = one_case(self.scene or Scene(), self.row, self.traces)
+        return data.set_coords("time") if "time" in data else data
+
+    def __repr__(self) -> str:
+        """Return words, main numbers, names of traces and notes, a line for each."""
+        lines = [f"Result: {told_in_short(self.row)}"]
+        if self.traces:
+            count = len(self.traces["time"]) if "time" in self.traces else 0
+            lines.append(f"  traces of {count} samples: {', '.join(self.traces)}")
+        lines.append(
+            f"  {len(self.row)} numbers and words in `row`, with units in `dataset`"
+        )
+        return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 
     def plot(self, *, transient: bool = False) -> Any:
         """Draw the orbit of the shaft's centre; return Matplotlib's axes.
@@ -137,6 +165,16 @@ def draw_results_by(draw: Callable[..., Any]) -> None:
     _DRAWN_BY.append(draw)
 
 
+def told_in_short(row: Mapping[str, Value]) -> str:
+    """Return words and main numbers of a case as text, in the units shown."""
+    words = [f"{name} {row[name]}" for name in WORDS if row.get(name)]
+    numbers = (name for name in NUMBERS if isinstance(row.get(name), int | float))
+    parts = [
+        f"{name} = {in_shown(float(row[name]), ROW[name].unit)}" for name in numbers
+    ]
+    return ", ".join([*words, *parts])
+
+
 def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> Result:
     """Integrate one scene and determine its regime.
 
@@ -152,8 +190,17 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
     InputError
         if the scene cannot be integrated, e.g. because its time step is above the limit
     """
+    _check_scene(scene)
     result = course_of(scene, between_slices).run(between_slices)
-    return replace(result, notes=tuple(notes_on(scene, result.row)))
+    return replace(result, notes=tuple(notes_on(scene, result.row)), scene=scene)
+
+
+def _check_scene(given: Any) -> None:
+    """Raise InputError for anything but a scene."""
+    if isinstance(given, Scene):
+        return
+    hint = " (of a mapping: Scene(**mapping))" if isinstance(given, Mapping) else ""
+    raise InputError(f"simulate takes a Scene{hint}, got {shown(given)}")
 
 
 def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) -> Course:

@@ -86,8 +86,8 @@ def _asked(words: list[str]) -> subprocess.CompletedProcess[str]:
 
 def launcher_facts() -> Facts:
     """Return path and version of the mpirun on PATH; both are "" if there is none."""
-    path = shutil.which("mpirun") or shutil.which("mpiexec")
-    if path is None:
+    path = launch.mpirun()
+    if not path:
         return {"mpirun": "", "mpirun_version": ""}
     try:
         done = _asked([path, "--version"])

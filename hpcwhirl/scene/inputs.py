@@ -6,7 +6,7 @@ Each field of a class is an input: its default, unit, meaning, symbol and limits
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, ValidationError
 
@@ -18,6 +18,11 @@ from hpcwhirl.scene.rules import OF_SCENE, end_time
 from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SCHEMES, SchemeName
 from hpcwhirl.scene.table_model import Finite, Inputs, Label, NonNegative, Positive
 from hpcwhirl.scene.units import given
+
+if TYPE_CHECKING:
+    from typing import Unpack
+
+    from hpcwhirl.scene.typed_inputs import SceneInputs
 
 SpeedTable = Annotated[str, AfterValidator(partial(table_over_time, name="speed"))]
 GapTable = Annotated[str, AfterValidator(partial(table_over_time, name="gap"))]
@@ -90,19 +95,41 @@ class Output(Inputs):
 
 
 class _Told(type(Inputs)):  # type: ignore[misc]
-    """Metaclass of `Scene`: a scene with invalid inputs raises InputError."""
+    """Metaclass of `Scene`: InputError for invalid inputs; signature and help."""
 
-    def __call__(cls, *args: Any, **inputs: Any) -> Any:
-        try:
-            return super().__call__(*args, **inputs)
-        except ValidationError as failed:
-            from hpcwhirl.scene.plain_data import told_by  # imports this module
+    if not TYPE_CHECKING:  # where the signature is that of `Scene.__init__`
 
-            raise told_by(failed) from None
+        def __call__(cls, *args: Any, **inputs: Any) -> Any:
+            try:
+                return super().__call__(*args, **inputs)
+            except ValidationError as failed:
+                from hpcwhirl.scene.plain_data import told_by  # imports this module
+
+                raise told_by(failed) from None
+
+        @property
+        def __signature__(cls) -> Any:
+            from hpcwhirl.scene.described import signature  # imports this module
+
+            return signature()
+
+        @__signature__.setter
+        def __signature__(cls, _: Any) -> None:
+            """Ignore the signature that pydantic makes, of 10,000 characters."""
+
+        @property
+        def __doc__(cls) -> str:
+            from hpcwhirl.scene.described import described  # imports this module
+
+            return described()
 
 
 class Scene(Inputs, metaclass=_Told):
     """All inputs of one case: engine, operating point, load, solver and output."""
+
+    if TYPE_CHECKING:
+
+        def __init__(self, **inputs: Unpack[SceneInputs]) -> None: ...
 
     RULES = OF_SCENE
 

@@ -273,7 +273,8 @@ def test_reading_leaves_numbers_in_the_file_until_asked(tmp_path):
 
 def test_cases_become_a_grid_over_what_was_swept(data):
     full = hpcwhirl.grid(data)
-    assert dict(full.sizes) == {"speed": 3, "gap": 2, "casing_thickness": 2}
+    axes = {name: full.sizes[name] for name in full.growth_rate.dims}
+    assert axes == {"speed": 3, "gap": 2, "casing_thickness": 2}
     for i, row in enumerate(ROWS):
         place = {
             "speed": row["speed"], "gap": row["gap"],
@@ -283,20 +284,34 @@ def test_cases_become_a_grid_over_what_was_swept(data):
         assert int(one.case) == i
         assert str(one.regime.item()) == str(data.regime[i].item())
         assert np.array_equal(one.growth_rate, data.growth_rate[i], equal_nan=True)
+        assert np.array_equal(one.centre, data.centre[i], equal_nan=True)
     assert full.growth_rate.attrs["units"] == "1/s"
-    assert "centre" not in full
+    assert full.centre.dims == (*full.growth_rate.dims, "time", "xy")
+
+
+def test_a_grid_leaves_traces_in_the_file_until_asked(tmp_path):
+    import tracemalloc
+
+    folder = synthetic(tmp_path / "out", ROWS, samples=80_000)
+    tracemalloc.start()
+    opened = hpcwhirl.open_results(folder)
+    one = hpcwhirl.grid(opened).centre.isel(speed=1, gap=0, casing_thickness=1)
+    assert one.to_numpy().shape == (80_000, 2)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 0.2 * opened.nbytes
 
 
 def test_an_input_of_one_value_is_no_axis(tmp_path):
     rows = [{"gap": 2e-4, "speed": s} for s in (300.0, 400.0)]
     full = hpcwhirl.grid(hpcwhirl.open_results(synthetic(tmp_path / "out", rows)))
-    assert dict(full.sizes) == {"speed": 2}
+    assert dict(full.growth_rate.sizes) == {"speed": 2}
 
 
 def test_what_a_zip_ties_together_is_one_axis(tmp_path):
     rows = [{"speed": s, "gap": g} for s, g in ((300.0, 2e-4), (400.0, 1e-4))]
     full = hpcwhirl.grid(hpcwhirl.open_results(synthetic(tmp_path / "out", rows)))
-    assert dict(full.sizes) == {"speed": 2}
+    assert dict(full.growth_rate.sizes) == {"speed": 2}
     assert full.gap.dims == ("speed",)
     assert full.gap.to_numpy().tolist() == [2e-4, 1e-4]
 

@@ -27,9 +27,10 @@ Ints = NDArray[np.int64]
 def grid(data: xarray.Dataset) -> xarray.Dataset:
     """Return results over the swept inputs instead of over `case`.
 
-    Only variables with one value for each case are included; traces stay in the file.
-    An input that is a function of another input, as in [zip], becomes a coordinate
-    along that one.
+    Traces are included where every combination of inputs was computed; they are read
+    from the file when they are asked for, as `grid(data).centre.sel(speed=440)`. An
+    input that is a function of another input, as in [zip], becomes a coordinate along
+    that one.
 
     For a refined campaign the grid has all values of its refined inputs. Each point
     shows the case at the nearest corner of the cell around it; `computed` is 1 if that
@@ -48,7 +49,7 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
     InputError
         where the cases leave most cells of a grid empty
     """
-    swept = swept_of(data)
+    swept, traced = swept_of(data), data
     if "final" in data:
         data = nearest(data)
     own = [n for n, v in data.variables.items() if v.dims == ("case",) and n != "case"]
@@ -57,7 +58,8 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
     table = table.assign(number=("case", np.asarray(numbers)))
     axes = _axes(table, swept)
     if not axes:
-        return table.isel(case=0, drop=True).rename(number="case")
+        only = table.isel(case=0, drop=True).rename(number="case")
+        return only.assign(_traces(traced, only["case"]))
     cells = float(np.prod([len(set(table[n].to_numpy().tolist())) for n in axes]))
     count = data.sizes["case"]
     if cells > SPARSEST * count:
@@ -76,7 +78,29 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
         for n, by in along.items()
         if by
     }
-    return full.assign_coords(coords).rename(number="case")
+    whole = full.assign_coords(coords).rename(number="case")
+    return whole.assign(_traces(traced, whole["case"]))
+
+
+def _traces(data: xarray.Dataset, number: xarray.DataArray) -> dict[str, Any]:
+    """Return {name: trace over a grid's axes}, still in the file.
+
+    It is empty where a point of the grid has no case.
+
+    Parameters
+    ----------
+    data : results over `case`
+    number : number of the case at each point of the grid
+    """
+    from hpcwhirl.store.reading.gridded import gridded
+
+    if not np.isfinite(number.to_numpy()).all():
+        return {}
+    return {
+        str(name): gridded(variable, number)
+        for name, variable in data.variables.items()
+        if len(variable.dims) > 1 and variable.dims[0] == "case"
+    }
 
 
 def nearest(data: xarray.Dataset) -> xarray.Dataset:

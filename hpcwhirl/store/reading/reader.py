@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hpcwhirl.errors import InputError, shown
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.reading.coded import Coded
@@ -91,14 +92,20 @@ def _with_words(data: xarray.Dataset) -> xarray.Dataset:
 
 
 def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
-    """Return the words of a variable such as `regime`, (cases,) of str.
+    """Return the word of each case, from a variable such as `regime`, (cases,) of str.
 
     The word is "" where xarray has masked a case (`xarray.Dataset.where`). Integer
     codes, as in a file opened by xarray alone, are converted by `flag_meanings`.
 
     variable : a variable of results
     """
+    if not hasattr(variable, "to_numpy"):
+        msg = "words takes a variable of results, as words(data.regime), got "
+        raise InputError(msg + shown(variable))
     values = variable.to_numpy()
+    if values.dtype.kind not in "UO" and "flag_meanings" not in variable.attrs:
+        msg = f"words takes a variable that has words, as regime, got {variable.name}"
+        raise InputError(f"{msg} of numbers")
     return values if values.dtype.kind == "U" else np.asarray(coded(variable), str)
 
 
