@@ -20,6 +20,7 @@ extremes    | 20 min  | python scripts/extremes/decide.py              | --write
 attacks     | 3 hours | python scripts/evidence/attack.py              | --write
 crashes     | 20 min  | python scripts/evidence/crash_points.py        | --write
 agreement   | 1 hour  | python scripts/evidence/agreement.py exact     |
+rotors      | 3 min   | python scripts/evidence/rotors.py              | --write
 bars        | minutes | python scripts/evidence/bars.py                |
 estimates   | hours   | python scripts/evidence/estimates.py           | --write
 words-hold  | hours   | python scripts/evidence/words_hold.py          | --write

@@ -1,0 +1,127 @@
+#!/usr/bin/env python3
+"""What ROSS says of the rotors of `rotors.py`; it runs in an environment of its own.
+
+    ROSS_PYTHON scripts/evidence/rotors_of_ross.py GIVEN.json FOUND.json
+
+GIVEN: {name: {"example": function of ROSS} or {"rotor": plain data, see `described`}},
+each with "speeds" (rad/s) and "unbalance" [node, kg m]. FOUND: {name: {"rotor": plain
+data, "roots": at each speed [[growth, frequency], ...], "circles": at each speed
+[forward, backward], m}}. Bearings of the data found have a row for each speed asked.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import ross
+
+COEFFICIENTS = "kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"
+MASSES = "mxx", "myy", "mxy", "myx"
+
+
+def described(rotor: Any, speeds: list[float]) -> dict[str, Any]:
+    """Return a rotor of ROSS as plain data, its bearings at some speeds."""
+    if any(e.alpha or e.beta for e in rotor.shaft_elements):
+        raise ValueError("proportional damping of the shaft")
+    tubes = [
+        {
+            "node": int(e.n_l),
+            "length": float(e.L),
+            "outer": [float(e.odl), float(e.odr)],
+            "inner": [float(e.idl), float(e.idr)],
+            "young": float(e.material.E),
+            "shear": float(e.material.G_s),
+            "density": float(e.material.rho),
+            "poisson": float(e.material.Poisson),
+            "sheared": bool(e.shear_effects),
+            "rotary": bool(e.rotary_inertia),
+        }
+        for e in sorted(rotor.shaft_elements, key=lambda e: e.n)
+    ]
+    disks = [
+        {"node": int(d.n), "mass": float(d.m), "polar": float(d.Ip),
+         "about_diameter": float(d.Id)}
+        for d in rotor.disk_elements
+    ]  # fmt: skip
+    bearings = [
+        {"node": int(b.n), "rows": [[speed, *_row(b, speed)] for speed in speeds]}
+        for b in rotor.bearing_elements
+    ]
+    return {"tubes": tubes, "disks": disks, "bearings": bearings}
+
+
+def _row(bearing: Any, speed: float) -> list[float]:
+    """Return the eight coefficients of a bearing at a speed, as ROSS interpolates."""
+    if any(np.abs(getattr(bearing, name)).max() for name in MASSES):
+        raise ValueError("added mass of a bearing")
+    return [float(getattr(bearing, f"{n}_interpolated")(speed)) for n in COEFFICIENTS]
+
+
+def built(given: dict[str, Any]) -> Any:
+    """Return the rotor of ROSS that plain data describe."""
+    shaft = []
+    for place, t in enumerate(given["tubes"]):  # one after the other
+        material = ross.Material(
+            name=f"m{place}", rho=t["density"], E=t["young"], G_s=t["shear"]
+        )
+        shaft.append(ross.ShaftElement(
+            L=t["length"], idl=t["inner"][0], odl=t["outer"][0], idr=t["inner"][1],
+            odr=t["outer"][1], material=material, shear_effects=t["sheared"],
+            rotary_inertia=t["rotary"], gyroscopic=t["rotary"], n=place,
+        ))  # fmt: skip
+    disks = [
+        ross.DiskElement(
+            n=d["node"], m=d["mass"], Ip=d["polar"], Id=d["about_diameter"]
+        )
+        for d in given["disks"]
+    ]
+    bearings = []
+    for b in given["bearings"]:
+        table = np.array(b["rows"]).T
+        own = dict(zip(COEFFICIENTS, table[1:].tolist(), strict=True))
+        if len(table[0]) > 1:
+            own["frequency"] = table[0].tolist()
+        else:
+            own = {name: values[0] for name, values in own.items()}
+        bearings.append(ross.BearingElement(n=b["node"], **own))
+    return ross.Rotor(shaft, disks, bearings)
+
+
+def found_of(given: dict[str, Any]) -> dict[str, Any]:
+    """Return what ROSS says of one rotor."""
+    rotor = (
+        getattr(ross, given["example"])()
+        if "example" in given
+        else built(given["rotor"])
+    )
+    speeds, (node, size) = given["speeds"], given["unbalance"]
+    roots, circles = [], []
+    for speed in speeds:
+        own = rotor.run_modal(speed, num_modes=48, sparse=False)
+        rates = -np.asarray(own.wn) * np.asarray(own.damping_ratio)
+        roots.append(np.column_stack([rates, own.wd]).tolist())
+        answer = rotor.run_unbalance_response(
+            node, size, 0.0, frequency=np.array([speed])
+        ).forced_resp
+        x, y = np.asarray(answer).reshape(-1)[[6 * node, 6 * node + 1]]
+        # X = Re(x e^{iwt}), Y = Re(y e^{iwt}): Z = f e^{iwt} + b e^{-iwt}
+        circles.append([abs(x + 1j * y) / 2, abs(x - 1j * y) / 2])
+    return {"rotor": described(rotor, speeds), "roots": roots, "circles": circles,
+            "version": ross.__version__}  # fmt: skip
+
+
+def main() -> int:
+    """Read rotors from one file, write what ROSS says of them into another."""
+    given, found = map(Path, sys.argv[1:])
+    rotors = json.loads(given.read_text())
+    answers = {name: found_of(one) for name, one in rotors.items()}
+    found.write_text(json.dumps(answers))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
