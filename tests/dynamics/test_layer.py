@@ -23,7 +23,7 @@ from hpcwhirl.scene import Scene, apply_settings, named_scene
 def step(layer, worn, gaps, last, angles, rest):
     """Return the number of tips that press; -1 where none was found."""
     points, w, ring, lam, opened, space, own, ledger = rest
-    if to_worn(angles[1], angles[0], points, worn, layer.under, own, gaps) < 0.0:
+    if to_worn(angles[1], angles[0], points, worn, layer.under, own, gaps, last) < 0.0:
         (none, index, shape), soft = ring, layer.soft
         leave(layer, worn, last, ledger, own)
         found = press(

@@ -139,6 +139,9 @@ TABLE = {  # scene: what is set, the schemes that march it
     "layer, rotation": (FULL | SOFT, ("modal",)),
     "layer, unequal": (UNEQUAL | SOFT, ("modal",)),
     "layer, lost blade": (FULL | SOFT | {"lost_blade": 2}, ("modal",)),
+    "layer, lost blade later": (
+        FULL | SOFT | {"lost_blade": 2, "lost_blade_time": 1.5e-3}, ("modal",)
+    ),
     "layer, film": (FULL | SOFT | {"film_viscosity": 0.01}, ("modal",)),
     "layer, run-up": (SOFT | {"acceleration": 2000.0}, ("modal",)),
     "layer, elements": (ELEMENTS | SOFT, ("modal",)),

@@ -46,7 +46,7 @@ def layer_space(blades):
 
 
 @rare
-def to_worn(turned, before, points, worn, under, space, gaps):
+def to_worn(turned, before, points, worn, under, space, gaps, last):
     """Find the rods under each tip; return the lowest gap of a tip to its rods, m.
 
     Parameters
@@ -57,15 +57,17 @@ def to_worn(turned, before, points, worn, under, space, gaps):
         `kernel_types.BodiesState`
     under : number of rods under a tip
     space : `kernel_types.LayerSpace`; out: the first rod under each tip at both angles,
-        `rod` and `left`
+        `rod` and `left`; the latter only for tips that were below the unworn surface
     gaps : (N,), m, to the unworn surface; only tips below it (gap < 0) count, and 1 is
         returned if there are none
+    last : (N,), m, gaps to the unworn surface at the start of the step
     """
     lowest, size = 1.0, worn.shape[1]
     for j in range(len(gaps)):
         own = points.angle[j]
-        space.rod[j] = first_rod(turned + own, size, under)
-        space.left[j] = first_rod(before + own, size, under)
+        space.rod[j] = space.left[j] = first_rod(turned + own, size, under)
+        if last[j] < 0.0:
+            space.left[j] = first_rod(before + own, size, under)
         if gaps[j] < 0.0:
             lowest = min(lowest, gaps[j] + highest(worn, space.rod[j], under))
     return lowest
@@ -143,6 +145,8 @@ def tip_force(layer, softness, worn, first, sunk):
         the unworn surface
     """
     force, slope = 0.0, 0.0
+    if sunk <= 0.0:
+        return force, slope
     for i in range(layer.under):
         rod = (first + i) % worn.shape[1]
         one, steep = rod_force(layer, softness, worn[DEPTH, rod], sunk)
@@ -197,7 +201,7 @@ def linearize(layer, softness, worn, gaps, give, own, j):
     The spring is the tangent of P(s), the force of the rods, at the tip's present depth
     own.sunk[j]; the depth becomes s = lam / (dP/ds) + own.shifted - g. So own.w[j, j]
     and own.shifted[j] are set. If the tip touches no rod, dP/ds is that of the highest
-    rod alone.
+    rod alone; above the unworn surface it is taken as unworn.
 
     Arguments are those of `press`
     give, j : m/N, opening of the gap by a unit multiplier on it; number of the tip
@@ -205,7 +209,8 @@ def linearize(layer, softness, worn, gaps, give, own, j):
     force, slope = tip_force(layer, softness, worn, own.rod[j], own.sunk[j])
     offset = own.sunk[j]
     if slope == 0.0:
-        offset, slope = highest(worn, own.rod[j], layer.under), 1.0 / layer.flex
+        worn_off = highest(worn, own.rod[j], layer.under) if offset > 0.0 else 0.0
+        offset, slope = worn_off, 1.0 / layer.flex
     own.give[j] = 1.0 / slope
     own.w[j, j] = give + own.give[j]
     own.shifted[j] = gaps[j] + (offset - force * own.give[j])
@@ -384,7 +389,7 @@ def press_rods(rods, turned, before, speed, gaps, row, lowest, state, solver, ow
     for j in range(blades):
         near[j] = gaps[row + place_of(j, blades, wide)] if lowest < 0.0 else 1.0
         opened[j] = near[j]
-    pressed = to_worn(turned, before, rods, worn, layer.under, own, near) < 0.0
+    pressed = to_worn(turned, before, rods, worn, layer.under, own, near, entered) < 0.0
     leave(layer, worn, entered, ledger, own)
     if pressed:
         softness = layer.soft + layer.rub * abs(speed)

@@ -7,7 +7,6 @@ on in the second: the whole rotor is integrated as one of unequal sectors.
 from __future__ import annotations
 
 from hpcwhirl.case.plan import Marched
-from hpcwhirl.dynamics.bodies.operators import wears
 from hpcwhirl.dynamics.schemes import general, scheme_of
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.schemes.several_points import points_apart
@@ -21,8 +20,7 @@ def before_and_after(
     before, after : scene and model until and from the loss of a blade
     beat : number of time steps between two rows of evidence
     """
-    scene = after.scene
-    if scene.solver.scheme == "modal" and not wears(scene):
+    if after.scene.solver.scheme == "modal":
         waves = [points_apart(part.model, part.scene) for part in (before, after)]
         if waves[0] and waves[1]:
             return waves[0], waves[1]

@@ -192,7 +192,8 @@ class BothAsWaves(Integrator):
         if not isinstance(old, BothAsWaves):
             raise TypeError(old)
         state, was = self.state, old.state
-        for name in "lam", "gaps", "sums_b", "last", "counter", "ledger", "impulse":
+        whole = "lam", "gaps", "sums_b", "last", "counter", "ledger", "impulse"
+        for name in (*whole, "worn", "entered"):
             getattr(state, name)[:] = getattr(was, name)
         beside, before = self.waves.places()[1], old.waves.places()[1]
         if len(beside):

@@ -248,7 +248,9 @@ def march_bodies(
         )
         if layered:
             started = angle_at(wall, speed, now)
-            lowest = to_worn(turned, started, points, worn, layer.under, own_rods, gaps)
+            lowest = to_worn(
+                turned, started, points, worn, layer.under, own_rods, gaps, last
+            )
             leave(layer, worn, last, ledger, own_rods)
         counter[STEP] += 1
         if counter[STEP] >= counter[NEXT_LOOK]:
