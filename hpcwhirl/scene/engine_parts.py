@@ -124,7 +124,7 @@ class Rotor(Inputs):
     shaft_station: int = given(0, "1",
         "station of a shaft with mass at which the bladed disk sits, counted from 0",
         ge=0)
-    shaft_modes: int = given(4, "1",
+    shaft_modes: int = given(2, "1",
         "number of modes kept of a shaft with mass, in addition to what the bladed "
         "disk and dampers move", ge=0, le=100)
     shaft_length: Positive = given(0.6, "m",

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import sys
 import time
+import tomllib
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,6 +22,9 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
+from hpcwhirl.scene.shaft_tables import text_of
+
+ROOT = Path(__file__).parents[2]
 
 BEGUN, STEPS = 3e-3, 2000  # s, steps
 PLAIN: dict[str, Any] = {
@@ -32,6 +36,13 @@ FILM = {
     "film_viscosity": 0.01, "film_length": 0.03, "film_radius": 0.05,
     "film_clearance": 2e-4,
 }  # fmt: skip
+JOB = tomllib.loads((ROOT / "jobs/three_bearings.toml").read_text(encoding="utf-8"))
+SHAFT = JOB["engine"]["shaft"]
+LINE = {  # three bearings with dampers, one on a pedestal
+    "shaft": text_of(
+        {name: value for name, value in SHAFT.items() if name != "station"}, "the shaft"
+    )
+}
 LOST = {
     "lost_blade": 3, "amplitude_limit": 0.5, "engine.rotor.centre_stiffness": 3e8,
 }  # fmt: skip
@@ -42,6 +53,9 @@ TERMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "unlike supports, mistuned": (FULL | UNEVEN, {"stiffness_difference": 5e6}),
     "film, mistuned": (FULL | UNEVEN, FILM),
     "film, unbalance": (FULL | {"unbalance": 2e-4}, FILM),
+    "shaft": (FULL, LINE),
+    "shaft, no modes": (FULL, LINE | {"shaft_modes": 0}),
+    "shaft, mistuned": (FULL | UNEVEN, LINE),
     "mistuned": ({}, UNEVEN),
     "mistuned, rotation": (FULL, UNEVEN),
     "lost blade": (FULL, LOST),

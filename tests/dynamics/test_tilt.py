@@ -7,12 +7,13 @@ shaft, w in the static frame, forward > 0.
 import numpy as np
 import pytest
 from jeffcott import MASS, density, stiff
+from scenes import SHAFT
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines
-from hpcwhirl.scene import Rotor, Scene, apply_settings
+from hpcwhirl.scene import Rotor, Scene, apply_settings, named_scene
 from hpcwhirl.structure import bladed_disk
 from hpcwhirl.structure.mount import shaft_stiffness
 
@@ -146,9 +147,25 @@ UNEVEN = {
 @pytest.mark.parametrize("uneven", UNEVEN)
 @pytest.mark.parametrize("shaft", SHAFTS)
 def test_the_suspension_has_the_damping_ratio_that_is_asked_for(shaft, uneven):
-    """-Re s / |s| of the modes listed as suspension; of a split pair the mean."""
+    """-Re s / |s| of the modes listed as suspension; of a split pair the mean.
+
+    After the loss of a blade the damper is still that of the whole wheel.
+    """
     scene = apply_settings(Scene(), SMALL | SHAFTS[shaft] | UNEVEN[uneven])
     lines = wave_lines(resolve(scene).model.rotor, 7, scene.speed)
     own = [x for x in lines if x.family == "suspension"]
     ratios = [-x.growth / np.hypot(x.growth, x.rotating) for x in own]
-    assert np.mean(ratios) == pytest.approx(0.03, rel=3e-3)
+    lost = "lost_blade" in UNEVEN[uneven]
+    assert np.mean(ratios) == pytest.approx(0.03, rel=0.05 if lost else 3e-3)
+
+
+def test_a_film_at_the_disk_of_a_shaft_line_and_a_lost_blade_keep_the_ledger():
+    """Forces of supports at the disk act beside those at the shaft's stations."""
+    given = SHAFT | {"rotation": "full", "blades": 7, "modes": 20, "duration": 4e-3}
+    for more in ({"film_viscosity": 0.02}, {"lost_blade": 2}, {"cross_coupling": 1e6}):
+        scene = apply_settings(named_scene("table2"), given | {"gap": 1e-4} | more)
+        history = March(resolve(scene)).run()
+        ledger = dict(history.ledger)
+        residual = abs(ledger.pop("residual"))
+        assert history.contacts > 0
+        assert residual <= 1e-11 * sum(map(abs, ledger.values())) + history.blur[0]
