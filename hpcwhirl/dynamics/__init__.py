@@ -21,13 +21,13 @@ makes the integrator of a scene, which `march` runs.
   point a tip and a ring of harmonics, waves lie in slots, one for each nodal diameter
   (`kernels.loop.slots`): one real transform of N points gives all gaps of both bodies,
   its conjugate all modal forces, and one pass a step reads and writes each amplitude
-  once. For unequal sectors, and fewer than three, for several contact points a tip, and
-  for supports that differ by direction or have a film, waves have rows of points. There
-  a bound of the tips' motion in a step tells which tips must be computed, and a blade
-  in contact costs only the products of its rows. What is special about a scene is a
-  term of this loop: the circle of an unbalance is a wave that stays, a lost blade a gap
-  that never closes, the force of such supports acts on the waves that move the centre,
-  and the rods of a layer that wears are springs in series with the Delassus matrix.
+  once. For unequal sectors, and fewer than three, and for several contact points a tip,
+  waves have rows of points. There a bound of the tips' motion in a step tells which
+  tips must be computed, and a blade in contact costs only the products of its rows.
+  What is special about a scene is a term of this loop: the circle of an unbalance is a
+  wave that stays, a lost blade a gap that never closes, the force of supports that
+  differ by direction or have a film acts on the waves that move the centre, and the
+  rods of a layer that wears are springs in series with the Delassus matrix.
   `general` serves all other models. In slots, the contribution of contact,
   which is known only after all blades are predicted, is stored as a spectrum until the
   next pass. Vector operations are explicit, so that sums and products are rounded in

@@ -49,21 +49,13 @@ def test_a_step_of_the_flow_is_the_damped_mode(omega, damping):
     assert flow.keep * d[1] - flow.pull * q[1] == pytest.approx(d[2], rel=1e-9)
     speed = flow.speed[0] * d + flow.speed[1] * q
     assert speed == pytest.approx(v, rel=1e-8, abs=1e-9 * omega)
-    energy = 0.5 * v**2 + 0.5 * omega**2 * q**2
-    lost = (
-        flow.loss[0] * d[2] ** 2 + flow.loss[1] * d[2] * q[2] + flow.loss[2] * q[2] ** 2
-    )
-    fall = energy[1] - energy[2]
-    assert lost == pytest.approx(fall, rel=1e-6, abs=1e-12 * energy[1])
-    mean = flow.mean[0] * d[1] + flow.mean[1] * d[2] + flow.mean[2] * q[2]
-    assert mean == pytest.approx(2 * step * v[1], rel=1e-6, abs=1e-9 * omega * step)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.3])
 def test_a_mode_without_stiffness_keeps_its_velocity(damping):
     step = 2e-6
     flow = exact_flow(0.0, damping, step)
-    assert (flow.keep, flow.pull, flow.rate, flow.loss) == (1.0, 0.0, 0.0, (0.0,) * 3)
+    assert (flow.keep, flow.pull) == (1.0, 0.0)
     assert flow.give == pytest.approx(step**2)  # an impulse f dt, for a step
     assert flow.speed == pytest.approx((1 / step, 0.0))
 

@@ -89,6 +89,10 @@ TABLE = {  # scene: what is set, the schemes that march it
         FULL | {"stiffness_difference": 1.2e7, "damping_difference": 1200.0},
         ("modal", "paper"),
     ),
+    "unlike supports, unbalance": (
+        FULL | {"stiffness_difference": 1.2e7, "unbalance": 5e-3},
+        ("modal",),
+    ),
     "bearing": (FULL | {"bearing": ("3.4e7", "3.0e7")}, ("modal",)),
     "bearing alike": (FULL | {"bearing": ("3.4e7", "3.4e7")}, CYCLIC),
     "cross-coupling": (FULL | {"cross_coupling": 1e6}, CYCLIC),

@@ -36,7 +36,13 @@ from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced, swing
 from hpcwhirl.dynamics.bodies.motion import CentralSteps
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, Stand
-from hpcwhirl.dynamics.kernels.standing import answer, at_centre, terms_at
+from hpcwhirl.dynamics.kernels.standing import (
+    answer,
+    at_centre,
+    film_at,
+    terms_at,
+    turned_at,
+)
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
@@ -157,7 +163,9 @@ def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
 
 
 NONE = np.zeros((0, 0))  # for a rotor without such supports
-ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j)  # no additional forces
+ALIKE = Stand(
+    NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j, 0j
+)  # no additional forces
 
 
 class Terms(NamedTuple):
@@ -260,11 +268,12 @@ def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
     own, moved = spin.support.at(scene.speed), np.ascontiguousarray((inverse @ hub.T).T)
     give = hub @ moved.T / (2 * scene.solver.time_step)
     steady = circle(model, scene) if own.film else None
+    z = 0j if steady is None else centre_of(model, steady)
+    across = film_at(abs(z / own.clearance) ** 2)[0] if steady is not None else 0.0
     return Stand(
         np.ascontiguousarray(hub), moved, np.ascontiguousarray(give),
         own.stiffness_apart, own.damping_apart, scene.speed, scene.solver.time_step,
-        own.film, own.clearance or 1.0,
-        0j if steady is None else centre_of(model, steady),
+        own.film, own.clearance or 1.0, z, 1j * scene.speed * own.film * across * z,
     )  # fmt: skip
 
 
@@ -279,7 +288,8 @@ def added_by(stand: Stand, x: Floats, free: Floats, time: float) -> Floats:
     x, free : (n,), a rotor's coordinates, and their velocities without this force
     time : s, of x, on which the supports' directions depend in the rotating frame
     """
-    held, even, drift = terms_at(stand, at_centre(stand.hub, x), time)
+    turned = turned_at(stand, time)
+    held, even, drift = terms_at(stand, at_centre(stand.hub, x), turned)
     moving = at_centre(stand.hub, free)
     return _gained(stand, answer(stand.give, held, moving, even, drift))
 
@@ -291,7 +301,8 @@ def included_in(stand: Stand, x: Floats, v: Floats, time: float = 0.0) -> Floats
     x, v : (n,), a rotor's coordinates, and their velocities
     time : s, of x and v, see `added_by`
     """
-    held, even, drift = terms_at(stand, at_centre(stand.hub, x), time)
+    turned = turned_at(stand, time)
+    held, even, drift = terms_at(stand, at_centre(stand.hub, x), turned)
     moving = at_centre(stand.hub, v)
     return _gained(stand, -held - even * moving - drift * moving.conjugate())
 

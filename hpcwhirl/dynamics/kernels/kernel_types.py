@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.errors import ModelError
 
 
 class Wall(NamedTuple):
@@ -214,6 +215,31 @@ class Ring(NamedTuple):
 
 # (name of an array, the array, number of values that it must have), for each array
 Wanted = list[tuple[str, Floats | Integers, int]]
+
+
+def check_sizes(kernel: str, wanted: Wanted) -> None:
+    """Raise ModelError if an array of a time loop, which reads unchecked, is wrong.
+
+    kernel : name of the loop's rows, for the message
+    wanted : the arrays, with the numbers of values that they must have
+    """
+    for name, values, size in wanted:
+        if values.size != size:
+            msg = f"{name} of the kernel of {kernel}: {values.size} values, not {size}"
+            raise ModelError(msg)
+
+
+def check_places(kernel: str, size: int, places: dict[str, Integers]) -> None:
+    """Raise ModelError if an index into the amplitudes of a time loop is outside them.
+
+    kernel, size : as in `check_sizes`; number of amplitudes
+    places : indices by name
+    """
+    for name, values in places.items():
+        if values.size and not 0 <= values.min() <= values.max() < size:
+            found = f"{values.min()} to {values.max()}, not 0 to {size - 1}"
+            msg = f"{name} of the kernel of {kernel}: {found}"
+            raise ModelError(msg)
 
 
 NOTHING, NO_MODES = np.zeros(0), np.zeros(0, dtype=np.int64)
@@ -432,6 +458,7 @@ class Stand(NamedTuple):
     speed, step : Omega, rad/s; dt, s
     film, clearance : c_0, N s/m, and c, m, of a squeeze film; 0, 1 if there is none
     circle : z_s, m, displacement of an unbalanced rotor's centre without contact
+    balance : N, i Omega (c_t - c_0) z_s there, with which the circle is in equilibrium
     """
 
     hub: Floats
@@ -444,6 +471,7 @@ class Stand(NamedTuple):
     film: float
     clearance: float
     circle: complex
+    balance: complex
 
 
 class CoupledBody(NamedTuple):

@@ -22,11 +22,20 @@ c_m = c_t + c_d |z/c|^2, c_t = c_0 / (1 - |z/c|^2)^{3/2}, c_d = 3/2 c_0 / (...)^
 
 from __future__ import annotations
 
-import cmath
+import math
 
 from hpcwhirl.dynamics.kernels import verbs
-from hpcwhirl.dynamics.kernels.compiled import does, kernel, part
+from hpcwhirl.dynamics.kernels.compiled import does, inlined, kernel, part
 from hpcwhirl.dynamics.kernels.kernel_types import DenseBody, ModalBody
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    broadcast,
+    element,
+    fma,
+    get,
+    load,
+    store,
+)
 
 CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this value
 
@@ -47,18 +56,17 @@ def at_centre(hub, values):
 
 
 @kernel
-def film_at(place, clearance):
+def film_at(square):
     """Return c_t / c_0 - 1 and c_d / c_0 of a squeeze film at a displacement z.
 
     c_t and c_d are damping coefficients, c_0 that of a centred journal, see this
     module.
 
-    place, clearance : z, m, complex displacement of the centre; c, m, radial clearance
+    square : |z/c|^2, c the radial clearance
     """
-    square = (place.real**2 + place.imag**2) / clearance**2
-    left = 1.0 - min(square, CLOSED)
-    across = left**-1.5
-    return across - 1.0, 1.5 * across / left
+    more = 1.0 / (1.0 - min(square, CLOSED))
+    across = more * math.sqrt(more)
+    return across - 1.0, 1.5 * across * more
 
 
 @kernel
@@ -79,36 +87,148 @@ def answer(give, held, moving, even, drift):
     xy = (even + a) * give[0, 1] + b * give[1, 1]
     yx = b * give[0, 0] + (even - a) * give[1, 0]
     yy = 1.0 + b * give[0, 1] + (even - a) * give[1, 1]
-    down = xx * yy - xy * yx
-    x = (yy * rest.real - xy * rest.imag) / down
-    return complex(x, (xx * rest.imag - yx * rest.real) / down)
+    down = 1.0 / (xx * yy - xy * yx)
+    x = (yy * rest.real - xy * rest.imag) * down
+    return complex(x, (xx * rest.imag - yx * rest.real) * down)
 
 
 @kernel
-def terms_at(own, place, time):
-    """Return the terms of the supports' force on the centre at a time.
+def turned_at(own, time):
+    """Return e^{-2 i Omega t}, of the supports' directions in the rotating frame.
+
+    own, time : `kernel_types.Stand`; t, s
+    """
+    angle = 2.0 * (own.speed * time)
+    return complex(math.cos(angle), -math.sin(angle))
+
+
+@kernel
+def terms_at(own, place, turned):
+    """Return the terms of the supports' force on the centre.
 
     They are held, N, even and drift, N s/m: the force is f = -held - even v - drift
     conj(v), v being the centre's velocity.
 
     own : `kernel_types.Stand`
-    place, time : m, complex displacement of the centre, from the circle of an
-        unbalanced rotor; s, at which the supports' directions are taken
+    place : m, complex displacement of the centre, from the circle of an unbalanced
+        rotor
+    turned : e^{-2 i Omega t} at the time at which the supports' directions are taken
     """
-    turned = cmath.exp(-2j * (own.speed * time))
     spring = own.stiffness - 1j * own.speed * own.damping
     held, drift = turned * spring * place.conjugate(), turned * own.damping
     even = 0.0
     if own.film > 0.0:
         whole = own.circle + place
-        across, apart = film_at(whole, own.clearance)
-        extra = across * whole - film_at(own.circle, own.clearance)[0] * own.circle
-        held += 1j * (own.speed * own.film) * extra
-        near = whole / own.clearance
-        near *= min(1.0, 0.99 / max(abs(near), 1e-300))
+        near = whole * (1.0 / own.clearance)
+        square = near.real**2 + near.imag**2
+        across, apart = film_at(square)
+        held += 1j * (own.speed * own.film) * (across * whole) - own.balance
+        if square > CLOSED:
+            near *= math.sqrt(CLOSED / square)
         even = own.film * (across + apart * (near.real**2 + near.imag**2))
         drift += own.film * apart * near**2
     return held, even, drift
+
+
+@inlined
+def force_at(own, place, moving, turned):
+    """Return the supports' force x + i y on the centre in a step, N, rotating frame.
+
+    own, turned : as in `terms_at`
+    place, moving : m, m/s, displacement of the centre at the step's start, and its
+        velocity without this force, complex; in the motion that contact causes
+    """
+    held, even, apart = terms_at(own, place, turned)
+    return answer(own.give, held, moving, even, apart)
+
+
+@inlined
+def turned_by_steps(support, number, turned):
+    """Return e^{-2 i Omega t} at a step, by a table of the steps after every 64th.
+
+    support, number : `wave_types.SlotSupport`; number of the step
+    turned : (3,), in and out: re and im at such a step; its number
+    """
+    size = len(support.turns) // 2
+    after = number % size
+    if turned[2] != number - after:
+        stand = support.stand
+        whole = turned_at(stand, (number - after) * stand.step)
+        turned[0], turned[1], turned[2] = whole.real, whole.imag, number - after
+    return complex(turned[0], turned[1]) * complex(
+        support.turns[2 * after], support.turns[2 * after + 1]
+    )
+
+
+@part
+def find_force(support, q, number, turned, push):
+    """Compute the supports' force in a step from the waves of equal sectors.
+
+    support : `wave_types.SlotSupport`; its slot is in the first group of four
+    q : amplitudes after the step without forces
+    number, turned : as in `turned_by_steps`, at the step's start
+    push : (2,), N, out: the force, x and y
+    """
+    zero, reads, slot = broadcast(0.0), support.reads, support.slot
+    a, b, c, d = zero, zero, zero, zero
+    for i in range(0, len(reads), 4 * FOUR):
+        m = i + slot
+        a = fma(load(reads, i), broadcast(get(q, m)), a)
+        b = fma(load(reads, i + FOUR), broadcast(get(q, m + FOUR)), b)
+        c = fma(load(reads, i + 2 * FOUR), broadcast(get(q, m + 2 * FOUR)), c)
+        d = fma(load(reads, i + 3 * FOUR), broadcast(get(q, m + 3 * FOUR)), d)
+    both = (a + b) + (c + d)
+    place = complex(element(both, 0), element(both, 1))
+    moving = complex(element(both, 2), element(both, 3))
+    now = turned_by_steps(support, number, turned)
+    force = force_at(support.stand, place, moving, now)
+    push[0], push[1] = force.real, force.imag
+
+
+@part
+def push_group(gives, x, y, q):
+    """Add the change by the supports' force to the amplitudes q of the first group.
+
+    gives : `wave_types.SlotSupport.gives`
+    x, y : N, the force, in all four lanes
+    """
+    for m in range(0, len(gives) // 2, FOUR):
+        gained = fma(load(gives, 2 * m + FOUR), y, load(q, m))
+        store(q, m, fma(load(gives, 2 * m), x, gained))
+
+
+@part
+def hold_centre(support, q, time, centre):
+    """Apply the supports' force on the centre in a step to the amplitudes q of waves.
+
+    Return its components x and y, N, rotating frame.
+
+    support : `wave_types.PointsSupport`
+    q : amplitudes, in and out: in those after the step without forces
+    time : s, at the step's start, at which the supports' directions are taken
+    centre : (n,), out: the amplitudes that change, as they were
+    """
+    zero, which, reads = broadcast(0.0), support.which, support.reads
+    a, b, c, d = zero, zero, zero, zero
+    for i in range(0, len(which), FOUR):
+        one, two = get(q, which[i]), get(q, which[i + 1])
+        three, last = get(q, which[i + 2]), get(q, which[i + 3])
+        centre[i], centre[i + 1], centre[i + 2], centre[i + 3] = one, two, three, last
+        a = fma(load(reads, FOUR * i), broadcast(one), a)
+        b = fma(load(reads, FOUR * (i + 1)), broadcast(two), b)
+        c = fma(load(reads, FOUR * (i + 2)), broadcast(three), c)
+        d = fma(load(reads, FOUR * (i + 3)), broadcast(last), d)
+    both = (a + b) + (c + d)
+    place, moving = (
+        complex(element(both, 0), element(both, 1)),
+        complex(element(both, 2), element(both, 3)),
+    )
+    push = force_at(support.stand, place, moving, turned_at(support.stand, time))
+    x, y = push.real, push.imag
+    for i in range(support.used):
+        gained = get(support.gives, 2 * i) * x + get(support.gives, 2 * i + 1) * y
+        q[which[i]] = centre[i] + gained
+    return x, y
 
 
 @part
@@ -126,7 +246,7 @@ def stand(body, motion, time, force):
     if len(own.hub) == 0:
         return
     q, d, _, ahead, following, _, _ = motion
-    held, even, drift = terms_at(own, at_centre(own.hub, q), time)
+    held, even, drift = terms_at(own, at_centre(own.hub, q), turned_at(own, time))
     twice = 2.0 * own.step
     moving = (at_centre(own.hub, d) + at_centre(own.hub, ahead)) / twice
     push = answer(own.give, held, moving, even, drift)

@@ -32,21 +32,22 @@ def has_waves(model: Model) -> bool:
     """Return whether a model's rotor can be integrated as waves by nodal diameter.
 
     It can with equal sectors and terms of rotation, except with fewer than three
-    blades, where nodal diameter 1 has both coordinates of the centre; with a ring of
-    elements or supports that differ by direction, which are not the same at every
-    angle; and with a squeeze film.
+    blades, where nodal diameter 1 has both coordinates of the centre, and with a ring
+    of elements, which is not the same at every angle.
     """
     spin, alike = model.rotor.spin, not isinstance(model.ring, RingOperator)
-    return alike and spin is not None and bool(spin.waves) and spin.support.is_plain
+    return alike and spin is not None and bool(spin.waves)
 
 
 def folds_well(model: Model, scene: Scene) -> bool:
     """Return whether a model, perhaps of one sector, can be integrated as it is.
 
     A model of all sectors always can. That of one of several equal sectors with terms
-    of rotation needs waves of which no two nearly coincide; without these, all sectors
-    must be integrated.
+    of rotation needs waves of which no two nearly coincide, and supports that are the
+    same at every angle; without these, all sectors must be integrated.
     """
-    if model.folds == 1 or model.rotor.spin is None:
+    spin = model.rotor.spin
+    if model.folds == 1 or spin is None:
         return True
-    return has_waves(model) and is_basis(diameters_of(model, scene))
+    waves = has_waves(model) and spin.support.is_plain
+    return waves and is_basis(diameters_of(model, scene))

@@ -15,9 +15,10 @@ from scipy.linalg import circulant
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.case.speed import Interval, angle_at
-from hpcwhirl.case.unbalance import circle, share_at_start
+from hpcwhirl.case.unbalance import share_at_start
 from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, amplitudes, lowering
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_under, wears
+from hpcwhirl.dynamics.bodies.turning import added_by, included_in
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Load
 from hpcwhirl.dynamics.kernels.loop.points import march_points
@@ -46,6 +47,7 @@ from hpcwhirl.dynamics.waves.flights import LONGEST, can_fly
 from hpcwhirl.dynamics.waves.free_motion import FreeMotion
 from hpcwhirl.dynamics.waves.free_waves import free_slots
 from hpcwhirl.dynamics.waves.mode_waves import mode_waves
+from hpcwhirl.dynamics.waves.point_supports import slot_support
 from hpcwhirl.dynamics.waves.slot_waves import (
     PART,
     SlotPlaces,
@@ -80,7 +82,7 @@ from hpcwhirl.dynamics.waves.turning_waves import (
     Circle,
     Diameter,
     books,
-    circle_of,
+    circles_of,
     diameters_of,
     is_basis,
     modal_places,
@@ -182,15 +184,15 @@ def _rotor_pairs(model: Model, step: float, mu: str, *, flies: bool) -> Pairs:
 
 
 def turning(
-    diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
+    diameters: list[Diameter], slots: int, mu: float, steady: tuple[Circle, ...]
 ) -> SlotWaves:
     """Return the waves of a rotor with terms of rotation, by slot.
 
     diameters, slots : waves of each nodal diameter; number of slots, padded
-    mu, steady : friction with the sign of the speed; the circle of an unbalanced rotor,
-        which becomes the last row of waves, or None
+    mu, steady : friction with the sign of the speed; the orbits of an unbalanced rotor,
+        which become the last rows of waves
     """
-    rows = max(len(own.ahead) for own in diameters) + (steady is not None)
+    rows = max(len(own.ahead) for own in diameters) + len(steady)
     there = np.zeros((rows, slots), dtype=bool)
     tables: Any = [np.zeros((rows, slots), dtype=complex) for _ in range(6)]
     opens: Any = np.zeros(slots, dtype=complex)
@@ -214,10 +216,10 @@ def turning(
             for g in range(f, count):
                 form[f, g][k] = upper[f, g]
     ahead, radial, along, push, slide, moved = tables
-    if steady is not None:
-        own, shape = diameters[1], steady.shape
-        there[-1, own.k] = True
-        radial[-1, own.k], along[-1, own.k] = own.radial @ shape, own.along @ shape
+    for f, orbit in enumerate(steady, rows - len(steady)):
+        own, shape = diameters[1], orbit.shape
+        there[f, own.k], ahead[f, own.k] = True, orbit.ahead
+        radial[f, own.k], along[f, own.k] = own.radial @ shape, own.along @ shape
     return SlotWaves(
         there, ahead, radial.real.copy(), along, push, slide, moved, 0.0 * moved, opens,
         near, slides, form,
@@ -293,13 +295,13 @@ def _laid_turning(
     step: float,
     mu: str,
     diameters: list[Diameter],
-    steady: Circle | None,
+    steady: tuple[Circle, ...],
     *,
     flies: bool,
 ) -> tuple[Laid, Hub]:
     """Return the waves of a rotor with terms of rotation, and those of its centre.
 
-    diameters, steady : its waves of each nodal diameter; circle of an unbalanced rotor
+    diameters, steady : its waves of each nodal diameter; orbits of an unbalanced rotor
     step, mu, flies : as for `_laid_pairs`
     """
     slots = widths(model.blades)[0]
@@ -309,7 +311,7 @@ def _laid_turning(
 
 
 def _turning_hub(
-    at: SlotPlaces, diameters: list[Diameter], steady: Circle | None
+    at: SlotPlaces, diameters: list[Diameter], steady: tuple[Circle, ...]
 ) -> Hub:
     """Return the waves that move the centre, and x_o, y_o by them, with rotation."""
     rows, values = list[tuple[int, int]](), list[complex]()
@@ -317,9 +319,10 @@ def _turning_hub(
         for f, z in enumerate(own.hub @ own.shapes):
             rows.append((f, own.k))
             values.append(complex(z))
-    if steady is not None:
-        rows.append((max(len(own.ahead) for own in diameters), 1))
-        values.append(complex(diameters[1].hub @ steady.shape))
+    first = max(len(own.ahead) for own in diameters)
+    for f, orbit in enumerate(steady, first):
+        rows.append((f, 1))
+        values.append(complex(diameters[1].hub @ orbit.shape))
     z = np.array(values)
     x, y = (np.stack(parts, -1) for parts in ((z.real, -z.imag), (-z.imag, -z.real)))
     used = np.abs(z) > 0.0
@@ -337,7 +340,7 @@ class EqualWaves(Integrator):
     rotor, ring : waves of rotor and casing
     own, beside : conversion of motions of rotor and casing
     at : where waves lie among the state's amplitudes
-    still : (n,), m, circle of an unbalanced rotor; None if balanced
+    steady : orbits of an unbalanced rotor; none if balanced
     """
 
     def __init__(
@@ -347,18 +350,19 @@ class EqualWaves(Integrator):
             scene.solver.time_step, friction_with_sign(scene), scene.solver.flies,
         )  # fmt: skip
         slots, _ = widths(model.blades)
-        steady = circle_of(model, scene, diameters) if diameters else None
+        self.steady = circles_of(model, scene, diameters) if diameters else ()
         key = model, step, mu.hex()
         self.diameters = diameters
         self.own = None if diameters else _rotor_pairs(*key, flies=flies)
         self.beside = _ring_pairs(*key, flies=flies) if model.casing else None
         if diameters:
-            laid, hub = _laid_turning(*key, diameters, steady, flies=flies)
+            laid, hub = _laid_turning(*key, diameters, self.steady, flies=flies)
         else:
             laid, hub = _laid_pairs(*key, flies=flies)
         self.laid, self.at, self.rotor, self.ring = laid, laid.at, laid.rotor, laid.ring
         rows = self._own_rows(model, scene, beat)
-        body = SlotRotor(rows, self._pulse(model, scene), *hub, laid.modes)
+        held = slot_support(model, scene, diameters, self.steady, self.at)
+        body = SlotRotor(rows, self._pulse(model, scene), *hub, laid.modes, held)
         loading = Load(scene.force, scene.pulse, np.zeros(0))
         arrays = Arrays(loading, body, (), _contact(model, scene, laid.column))
         seen = 0 if flies else SEEN * 2 * slots
@@ -368,11 +372,10 @@ class EqualWaves(Integrator):
         march = cast(Any, march_points)
         self.kernel = with_space(march, lambda: slot_space(arrays, state))
         self.casing_width = 2 * len(body.modes)
-        self.still = circle(model, scene)
         if flies:
             state.counter[contact.NEXT_TRY] = ready_at(scene)
-        if steady is not None:
-            self._put_on_circle(steady)
+        if self.steady:
+            self._put_on_circle()
 
     def _own_rows(self, model: Model, scene: Scene, beat: int) -> SlotRows | FlowRows:
         """Return a copy of the packed coefficients, for the speed of a scene."""
@@ -455,7 +458,7 @@ class EqualWaves(Integrator):
             a[row, slot].imag,
         )
 
-    def _rotor_motion(self, state: CyclicState) -> tuple[Floats, Floats]:
+    def _rotor_motion(self, state: CyclicState, steps: int) -> tuple[Floats, Floats]:
         """Return amplitudes and velocities of the rotor's modes at rest, (m,) each."""
         a = self._table(state, self.at.rotor_at, self.rotor)
         if self.own is not None:
@@ -464,10 +467,37 @@ class EqualWaves(Integrator):
             return q, rate
         waves = [a[: len(own.ahead), own.k] for own in self.diameters]
         pairs = list(zip(self.diameters, waves, strict=True))
-        return (
-            modal_places(self.model, self.diameters, [o.shapes @ w for o, w in pairs]),
-            modal_places(self.model, self.diameters, [o.rates @ w for o, w in pairs]),
-        )
+        q = self._of_modes([o.shapes @ w for o, w in pairs])
+        rate = self._of_modes([o.rates @ w for o, w in pairs])
+        stand, step = self.arrays.rotor.support.stand, self.scene.solver.time_step
+        if len(stand.hub):
+            rate = rate + added_by(stand, q, rate, steps * step)
+        still, moving = self._orbit(a[len(a) - len(self.steady) :, 1])
+        return q + still, rate + moving
+
+    def _of_modes(self, places: list[Complexes]) -> Floats:
+        """Return amplitudes of all modes at rest, (m,), from those by diameter."""
+        return modal_places(self.model, self.diameters, places)
+
+    def _orbit(self, a: Complexes) -> tuple[Floats, Floats]:
+        """Return places and velocities of the modes at rest, (m,) each, on the orbit.
+
+        It is that of an unbalanced rotor without contact; a : amplitudes of its circles
+        """
+        step, size = self.scene.solver.time_step, len(self.model.rotor.omega)
+        places, rates = np.zeros(size), np.zeros(size)
+        own = [np.zeros(len(o.shapes), dtype=complex) for o in self.diameters]
+        for orbit, value in zip(self.steady, a, strict=True):
+            own[1] = orbit.shape * value
+            places += self._of_modes(own)
+            own[1] = own[1] * orbit.rise(step)
+            rates += self._of_modes(own)
+        return places, rates
+
+    @property
+    def _begun(self) -> tuple[Floats, Floats]:
+        """The same of the orbit at time 0."""
+        return self._orbit(np.array([orbit.amplitude for orbit in self.steady]))
 
     def _ring_motion(self, state: CyclicState, steps: int) -> tuple[Floats, Floats]:
         if self.beside is None:
@@ -487,14 +517,17 @@ class EqualWaves(Integrator):
             a, past = self.own.write(y, v)
             self._lay(state, self.at.rotor_at, self.rotor, a)
             return rotor_amplitudes(self.model, _flat(past))
+        stand = self.arrays.rotor.support.stand
+        if len(stand.hub):
+            rate = rate - included_in(stand, q, rate)
         a, before = np.zeros(self.rotor.there.shape, dtype=complex), []
         for own in self.diameters:
             w = own.amplitudes(*(modes_of(self.model, own.k, x) for x in (q, rate)))
             a[: len(w), own.k] = w
             before.append(own.shapes @ (w * own.before))
         there = self._table(state, self.at.rotor_at, self.rotor)
-        if self.still is not None:
-            a[-1] = there[-1]
+        orbits = len(a) - len(self.steady)
+        a[orbits:] = there[orbits:]
         self._lay(state, self.at.rotor_at, self.rotor, a)
         return modal_places(self.model, self.diameters, before)
 
@@ -525,8 +558,8 @@ class EqualWaves(Integrator):
         steps : number of time steps taken so far, from which the angle of the rotor
             follows
         """
-        now = *self._rotor_motion(state), *self._ring_motion(state, steps)
-        return unfold(self.model, Amplitudes(*now), self.still)
+        now = *self._rotor_motion(state, steps), *self._ring_motion(state, steps)
+        return unfold(self.model, Amplitudes(*now))
 
     def begin(self, motion: Motion) -> bool:
         """Start from a given motion; return whether the state can represent it."""
@@ -534,13 +567,13 @@ class EqualWaves(Integrator):
         now = amplitudes(model, motion)
         if now is None:
             return False
-        own = np.zeros(len(now.rotor))
-        if self.still is not None:
-            own = model.rotor.shapes.T @ (model.rotor.mass @ self.still)
         nothing_booked(state, exact=scene.solver.flies)
-        before = self._set_rotor(state, now.rotor - own, now.rotor_rate)
+        own, rise = self._begun
+        before = self._set_rotor(state, now.rotor - own, now.rotor_rate - rise)
         casing = self._set_ring(state, now.casing, now.casing_rate)
         self.set_seen(state)
+        past = [orbit.amplitude / (1 + orbit.ahead) for orbit in self.steady]
+        own = self._orbit(np.array(past))[0]
         then = now._replace(rotor=before + own, casing=casing)
         write_gaps(state, model, scene, now, then)
         energy = self.balance(state).energy
@@ -560,21 +593,18 @@ class EqualWaves(Integrator):
         before: Floats = ring_amplitudes(self.model, _apart(past)[None], np.zeros(1))[0]
         return before
 
-    def _put_on_circle(self, steady: Circle) -> None:
-        """Set the state so that an unbalanced rotor starts on its circle.
+    def _put_on_circle(self) -> None:
+        """Set the state so that an unbalanced rotor starts on its orbit.
 
-        If the run must start on a smaller circle, the other waves begin with the
+        If the run must start on a smaller one, the other waves begin with the
         difference, at rest. Their energy is entered in the ledger as work of the
         loading.
         """
-        share, state, own = (
-            share_at_start(self.model, self.scene), self.state, self.diameters[1]
-        )  # fmt: skip
-        less = (share - 1.0) * steady.amplitude * steady.shape
+        share, state = share_at_start(self.model, self.scene), self.state
         a = np.zeros(self.rotor.there.shape, dtype=complex)
-        rest = own.amplitudes(less, 0.0 * less)
-        a[: len(rest), own.k], a[-1, own.k] = rest, steady.amplitude
+        a[len(a) - len(self.steady) :, 1] = [orbit.amplitude for orbit in self.steady]
         self._lay(state, self.at.rotor_at, self.rotor, a)
+        self._set_rotor(state, *((share - 1.0) * part for part in self._begun))
         self.set_seen(state)
         if share < 1.0:
             state.sums_c[0] = state.ledger[contact.PULSE] = self.balance(state).energy
@@ -600,8 +630,14 @@ class EqualWaves(Integrator):
         rows = self.arrays.rotor.rows
         self._turn(self.model, self.scene, rows, self.model.folds * now.turn)
 
-    def free(self) -> FreeMotion:
-        """Return the waves in free motion, for certificate and closed form."""
+    def free(self) -> FreeMotion | None:
+        """Return the waves in free motion; None if supports exert forces at the centre.
+
+        Such supports differ by direction or have a film: waves of the rotor without
+        them do not move by factors.
+        """
+        if len(self.arrays.rotor.support.reads):
+            return None
         return free_slots(
             (self.rotor, self.ring), self.at, self.arrays.rotor, self.model.blades,
             self.set_seen,

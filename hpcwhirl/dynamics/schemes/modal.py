@@ -16,8 +16,8 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
 
     - Three or more equal sectors, in a rigid casing or a ring of harmonics: waves of
       both bodies by slot.
-    - Other rotors in such a casing, tips with several contact points, and supports that
-      differ by direction or have a film: waves of rotor and casing.
+    - Other rotors in such a casing, and tips with several contact points: waves of
+      rotor and casing.
     - Two waves that nearly coincide, a mode that does not oscillate, or a ring of
       elements: the integrator of scheme `general`.
 

@@ -164,10 +164,11 @@ class BothAsWaves(Integrator):
         nothing_booked(state, exact=False)
         body, beside = self.model.rotor, self.waves.places()[1]
         still = np.zeros(len(now.rotor))
+        rise = self.waves.steady.rates.sum(axis=1).real  # at time 0, amplitudes are 1
         if len(self.waves.apart[2]):
             steady = steady_at(self.model, self.scene, 0.0)
             still = body.shapes.T @ (body.mass @ steady)
-        self._write(now.rotor - still, now.rotor_rate)
+        self._write(now.rotor - still, now.rotor_rate - rise)
         if len(beside):
             state.rotor[beside] = self.waves.casing.write(now.casing, now.casing_rate)
         energy = self.balance(state).energy

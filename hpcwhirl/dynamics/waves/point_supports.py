@@ -1,4 +1,4 @@
-"""Supports at the centre as a term of the kernel `points`, for both bodies as waves.
+"""Supports at the centre as a term of the time loop `points`, for waves of both bodies.
 
 They are the supports that differ by direction or have a squeeze film, whose force on
 the centre no constant matrix gives, see `kernels.standing`. In a step their force acts
@@ -9,17 +9,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats
-from hpcwhirl.dynamics.bodies.turning import ALIKE, standing
-from hpcwhirl.dynamics.kernels.loop.wave_types import PointsSupport
+from hpcwhirl.arrays import Complexes, Floats
+from hpcwhirl.dynamics.bodies.turning import ALIKE, standing, turning
+from hpcwhirl.dynamics.kernels.loop.wave_types import PointsSupport, SlotSupport
 from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
 from hpcwhirl.dynamics.waves.point_waves import PointWaves, real_rows
+from hpcwhirl.dynamics.waves.slot_waves import SlotPlaces
+from hpcwhirl.dynamics.waves.turning_waves import Circle, Diameter, Differences
+from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
 LEAST = 1e-13  # share of the largest coefficient below which others are round-off
 NONE = np.zeros(0)
 NOTHING = PointsSupport(np.zeros(0, np.int64), 0, NONE, NONE, 0.0, 0.0, ALIKE)
+NO_SLOT = SlotSupport(*(NONE,) * 6, -1, 1, ALIKE)
+STEPS = 64  # in the table of the supports' directions
 
 
 def support_arrays(
@@ -56,3 +61,79 @@ def support_arrays(
     nudge, rush = np.hypot(*bounds.T).tolist()
     first, *others = arrays
     return PointsSupport._make([first, len(used), *others, nudge, rush, stand])
+
+
+def slot_support(
+    model: Model,
+    scene: Scene,
+    diameters: list[Diameter],
+    steady: tuple[Circle, ...],
+    at: SlotPlaces,
+) -> SlotSupport:
+    """Return the kernel's arrays of the supports' force on the centre, equal sectors.
+
+    They are empty for supports without such a force. The waves of nodal diameter 1
+    move the centre by x + i y = conj(hub a), a their amplitudes, so that a force f on
+    it acts on their modes as conj(f) conj(hub).
+
+    diameters, steady : the rotor's waves of each nodal diameter; orbits of an unbalance
+    at : where waves lie among the kernel's amplitudes
+    """
+    spin = model.rotor.spin
+    if spin is None or spin.support.is_plain or model.folds > 1:
+        return NO_SLOT
+    own, step = diameters[1], scene.solver.time_step
+    if not isinstance(own, Differences):
+        raise TypeError(own)
+    give = turning(model, scene, model.rotor.shapes).inverse
+    stand = standing(model, scene, give, centre_rows(model.rotor, model.blades))
+    more = own.give @ own.hub.conj()
+    push, moves = own.inverse @ np.concatenate([more, more]), own.passing()
+    place, moving = own.hub @ (own.shapes - own.rises), own.hub @ moves / (2 * step)
+    reads = _by_parts([place.conj(), moving.conj()])
+    beyond = np.array([own.along @ more - own.along @ moves @ push])
+    turns = np.exp(-2j * scene.speed * step * np.arange(STEPS))
+    extra = len(push) % 2  # rows by two
+    gives = _in_group(_by_parts([push]), own.k)
+    arrays = all_aligned([
+        np.pad(reads, ((0, 2 * extra), (0, 0))).ravel(),
+        np.pad(gives, ((0, 2 * extra), (0, 0), (0, 0))).ravel(),
+        _in_group(_by_parts([np.array([own.radial @ more])]), own.k).ravel(),
+        beyond.view(float), turns.view(float),
+    ])  # fmt: skip
+    return SlotSupport._make([
+        *arrays, *_swinging(diameters, steady, at), own.k, stand
+    ])  # fmt: skip
+
+
+def _in_group(parts: Floats, slot: int) -> Floats:
+    """Return factors (n, r) of a slot among those of its group of four, (n, r, 4)."""
+    out = np.zeros((*parts.shape, FOUR))
+    out[:, :, slot % FOUR] = parts
+    return out
+
+
+def _by_parts(values: list[Complexes]) -> Floats:
+    """Return real factors (2 waves, 2 r), of x and y, of re and im of each amplitude.
+
+    values : r rows, (waves,): numbers z with x + i y = z conj(a), or, of forces, with
+        the change z (x - i y) of a
+    """
+    upper = [part for z in values for part in (z.real, z.imag)]
+    lower = [part for z in values for part in (z.imag, -z.real)]
+    both = np.column_stack(upper), np.column_stack(lower)
+    return np.stack(both, axis=1).reshape(-1, len(upper))
+
+
+def _swinging(
+    diameters: list[Diameter], steady: tuple[Circle, ...], at: SlotPlaces
+) -> tuple[Floats, int]:
+    """Return `swing` and `orbit` of `SlotSupport`: 0 and -1 without such an orbit."""
+    found = [f for f, orbit in enumerate(steady) if orbit.ahead != 0.0]
+    if not found:
+        return np.zeros(2), -1
+    (f,) = found  # an ellipse is two circles, of which one is constant
+    opened = complex(diameters[1].radial @ steady[f].shape)
+    moved = np.array([opened * (1 - 1 / (1 + steady[f].ahead) ** 2)])
+    row = max(len(own.ahead) for own in diameters) + f
+    return moved.view(float), int(at.rotor_at(row, 1))

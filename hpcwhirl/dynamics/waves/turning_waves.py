@@ -26,7 +26,7 @@ import numpy as np
 from scipy.linalg import eig
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
-from hpcwhirl.case.unbalance import circle
+from hpcwhirl.case.unbalance import circle, swing
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SpinBlock
 from hpcwhirl.reduction.waves import diameter_matrices
@@ -315,34 +315,66 @@ def roots_of(mass: Any, damping: Any, stiffness: Any) -> tuple[Complexes, Comple
 
 @dataclass(frozen=True)
 class Circle:
-    """The circular orbit of an unbalanced rotor, stored as one more wave.
+    """A circular orbit of an unbalanced rotor, stored as one more wave.
 
-    The orbit is constant in the rotating frame, so that a time step multiplies its
-    amplitude by 1. Its displacement x_s is amplitude times shape.
+    The orbit without contact is constant in the rotating frame; where supports differ
+    by direction it is an ellipse, whose second circle turns there by 2 Omega dt in a
+    step. The displacement at time 0 is amplitude times shape.
 
     Attributes
     ----------
     amplitude : phase factor of magnitude 1, so chosen that the shape's change of the
         gap is a real number
     shape : (m,), displacement in the modes at rest of nodal diameter 1
+    ahead : z - 1, z the factor by which a step multiplies the amplitude
     """
 
     amplitude: complex
     shape: Complexes
+    ahead: complex = 0j
+
+    def rise(self, step: float) -> complex:
+        """Return the velocity (x_{n+1} - x_{n-1}) / 2 dt of a unit displacement, 1/s.
+
+        step : dt, s
+        """
+        z = 1 + self.ahead
+        return (z - 1 / z) / (2 * step)
 
 
-def circle_of(model: Model, scene: Scene, diameters: list[Diameter]) -> Circle | None:
-    """Return the circular orbit of a rotor with unbalance; None if it is balanced.
+LEAST = 1e-9  # relative size of a circle that is round-off
+
+
+def circles_of(
+    model: Model, scene: Scene, diameters: list[Diameter]
+) -> tuple[Circle, ...]:
+    """Return the circular orbits of a rotor with unbalance; () if it is balanced.
+
+    The first is constant in the rotating frame.
 
     diameters : the rotor's waves of each nodal diameter
     """
-    places, body = circle(model, scene), model.rotor
+    places, swung = circle(model, scene), swing(model, scene)
     if places is None:
-        return None
-    shape = modes_of(model, 1, body.shapes.T @ (body.mass @ places))
-    opened = complex(diameters[1].radial @ shape)
+        return ()
+    lower = model.rotor.shapes.T @ model.rotor.mass
+    parts = [(modes_of(model, 1, lower @ places), 0j)]
+    if swung is not None:
+        one, two = (modes_of(model, 1, lower @ x) for x in (swung.real, swung.imag))
+        ahead = complex(np.expm1(2j * scene.speed * scene.solver.time_step))
+        parts.append(((one + 1j * two) / 2, ahead))
+        parts.append(((one - 1j * two) / 2, ahead.conjugate()))
+    least = LEAST * max(float(np.abs(shape).max()) for shape, _ in parts)
+    return tuple(
+        _circle(complex(diameters[1].radial @ shape), shape, ahead)
+        for n, (shape, ahead) in enumerate(parts)
+        if n == 0 or np.abs(shape).max() > least
+    )
+
+
+def _circle(opened: complex, shape: Complexes, ahead: complex) -> Circle:
     amplitude = opened / abs(opened) if opened else 1.0 + 0.0j
-    return Circle(amplitude, shape / amplitude)
+    return Circle(amplitude, shape / amplitude, ahead)
 
 
 def is_basis(diameters: list[Diameter]) -> bool:

@@ -37,7 +37,13 @@ from hpcwhirl.dynamics.kernels.contact import (
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    CyclicState,
+    Wanted,
+    check_places,
+    check_sizes,
+)
 from hpcwhirl.dynamics.kernels.layer import (
     close_from,
     is_inside,
@@ -79,20 +85,17 @@ from hpcwhirl.dynamics.kernels.loop.whole import (
 )
 from hpcwhirl.dynamics.kernels.samples import note_miss_folded
 from hpcwhirl.dynamics.kernels.shape import faded
-from hpcwhirl.dynamics.kernels.standing import answer, terms_at
+from hpcwhirl.dynamics.kernels.standing import hold_centre
 from hpcwhirl.dynamics.kernels.vectors import (
     EIGHT,
     FOUR,
     all_aligned,
     broadcast,
-    element,
     fma,
-    get,
     load,
     store,
     total_of,
 )
-from hpcwhirl.errors import ModelError
 
 DRIFT, FRESH, HELD_X, HELD_Y = range(4)  # entries of `PointsSpace.bounds`
 
@@ -133,46 +136,11 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
             store(gaps, row + v, gap)
 
 
-@part
-def hold_centre(support, q, time, centre):
-    """Apply the supports' force on the centre in a step to the amplitudes q of waves.
-
-    Return its components x and y, N, rotating frame.
-
-    support : `wave_types.PointsSupport`
-    q : amplitudes, in and out: in those after the step without forces
-    time : s, at the step's start, at which the supports' directions are taken
-    centre : (n,), out: the amplitudes that change, as they were
-    """
-    zero, which, reads = broadcast(0.0), support.which, support.reads
-    a, b, c, d = zero, zero, zero, zero
-    for i in range(0, len(which), FOUR):
-        one, two = get(q, which[i]), get(q, which[i + 1])
-        three, last = get(q, which[i + 2]), get(q, which[i + 3])
-        centre[i], centre[i + 1], centre[i + 2], centre[i + 3] = one, two, three, last
-        a = fma(load(reads, FOUR * i), broadcast(one), a)
-        b = fma(load(reads, FOUR * (i + 1)), broadcast(two), b)
-        c = fma(load(reads, FOUR * (i + 2)), broadcast(three), c)
-        d = fma(load(reads, FOUR * (i + 3)), broadcast(last), d)
-    both = (a + b) + (c + d)
-    place, moving = (
-        complex(element(both, 0), element(both, 1)),
-        complex(element(both, 2), element(both, 3)),
-    )
-    held, even, apart = terms_at(support.stand, place, time)
-    push = answer(support.stand.give, held, moving, even, apart)
-    x, y = push.real, push.imag
-    for i in range(support.used):
-        gained = get(support.gives, 2 * i) * x + get(support.gives, 2 * i + 1) * y
-        q[which[i]] = centre[i] + gained
-    return x, y
-
-
 @inlined
 def let_go(support, spare, q, centre):
     """Copy the amplitudes q to `spare` without the supports' force of the step.
 
-    support, centre : as in `hold_centre`, which has set the latter
+    support, centre : as in `standing.hold_centre`, which has set the latter
     spare : (m,) or more, out
     """
     begin_moves(spare, q, len(q))
@@ -512,18 +480,18 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
     """
     rotor, points, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
     modes, width = len(rotor.ahead), len(rotor.kicked) // 2
-    for name, rows, wanted in (
+    check_sizes("points", [
         ("rotor", state.rotor, modes), ("drift", rotor.drift, modes // 2),
         ("rush", rotor.rush, points),
         ("kick", rotor.kick, 2 * modes), ("hub", rotor.hub, 2 * modes),
         ("radial", rotor.radial, points * modes),
         ("along", rotor.along, points * modes),
         ("clear", arrays.contact.clear, 2 * wide),
+        ("reads", rotor.support.reads, 4 * len(rotor.support.which)),
+        ("gives", rotor.support.gives, 2 * rotor.support.used),
         *sizes_of_rows(rotor.rows, points, modes, width),
-    ):  # fmt: skip
-        if rows.size != wanted:
-            msg = f"{name} of the kernel of points: {rows.size} values, not {wanted}"
-            raise ModelError(msg)
+    ])  # fmt: skip
+    check_places("points", modes, {"which": rotor.support.which})
     solver = constant_space(points, wide, arrays.contact.w, state.known)
     sectors = isinstance(rotor.rows, SectorRows)
     room = room_of_sectors(rotor.rows) if sectors else modes

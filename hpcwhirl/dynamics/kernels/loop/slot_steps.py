@@ -29,7 +29,13 @@ from hpcwhirl.dynamics.kernels.contact import (
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    CyclicState,
+    Wanted,
+    check_places,
+    check_sizes,
+)
 from hpcwhirl.dynamics.kernels.layer import (
     close_from,
     is_inside,
@@ -63,6 +69,14 @@ from hpcwhirl.dynamics.kernels.loop.skipped import (
     gaps_if_near,
 )
 from hpcwhirl.dynamics.kernels.loop.slots import (
+    CASING,
+    FIXED,
+    FLOW,
+    FLOW_CASING,
+    FREE,
+    PART,
+    PUSHED,
+    SEEN,
     energies_of_slots,
     is_flow,
     is_pending,
@@ -71,6 +85,7 @@ from hpcwhirl.dynamics.kernels.loop.slots import (
     settle_slots,
     spectrum_of,
 )
+from hpcwhirl.dynamics.kernels.loop.transform import BEHIND
 from hpcwhirl.dynamics.kernels.loop.wave_types import FlowRows, SlotRows, SlotSpace
 from hpcwhirl.dynamics.kernels.samples import at_blade, note_miss_folded
 from hpcwhirl.dynamics.kernels.shape import carried_by_shape, is_shaped, write_shape
@@ -121,13 +136,16 @@ def set_out_slots(_rows, state, space):
 def note_slips(rows, state, space, step):
     """Raise ledger[SLIP] to the largest slip of a blade in contact in one step, m/s.
 
-    The motion along the casing is completed by that of a pulse in the same step.
+    The motion along the casing is completed by that of a pulse, and of a force of the
+    supports, in the same step.
     """
-    known, last, slip, kicked = state.known, state.last, space.slip, space.kicked
-    k, slot = len(slip) // 2, int(kicked[3])
-    if kicked[2] == state.counter[STEP]:
-        slip[slot] += kicked[0]
-        slip[k + slot] += kicked[1]
+    known, last, slip = state.known, state.last, space.slip
+    k = len(slip) // 2
+    for more in (space.kicked, space.held):
+        if more[2] == state.counter[STEP]:
+            slot = int(more[3])
+            slip[slot] += more[0]
+            slip[k + slot] += more[1]
     for s in range(known[len(last)]):
         j = known[s]
         if last[j] == state.counter[LAST]:
@@ -137,7 +155,7 @@ def note_slips(rows, state, space, step):
 @does(advance, FlowRows)
 @does(advance, SlotRows)
 @inlined
-def advance_slots(rows, _rotor, step, state, space):
+def advance_slots(rows, rotor, step, state, space):
     """Take a step without contact forces, after those of the last step.
 
     The implementation of `point_verbs.advance`, with its arguments, for slots.
@@ -145,10 +163,29 @@ def advance_slots(rows, _rotor, step, state, space):
     pending = is_pending(state.counter)
     pass_slots(
         rows, state.rotor, state.lam, state.counter, space.spectrum, state.sums_b,
-        space.slip,
+        space.slip, (rotor.support, space.push, space.turned),
     )  # fmt: skip
     if pending and slips_now(state.counter):
         note_slips(rows, state, space, step)
+
+
+@part
+def book_held(support, state, space):
+    """Enter the work of a step's contact forces on what the supports' force moves.
+
+    The pass does not see its motion along the casing. It sees the orbit that an
+    unbalanced rotor has without contact, which has no part in the works.
+    """
+    lam, sums, held, q = state.lam, state.sums_b, space.held, state.rotor
+    k, slot = len(lam) // 2, support.slot
+    a, b, x, y = support.slides[0], support.slides[1], space.push[0], space.push[1]
+    re, im = a * x + b * y, b * x - a * y  # times conj(x + i y)
+    sums[k + slot] += lam[slot] * re + lam[k + slot] * im
+    held[0], held[1], held[2], held[3] = re, im, state.counter[STEP], slot
+    if support.orbit >= 0:
+        a, b = q[support.orbit], q[support.orbit + FOUR]
+        c, d = support.swing[0], support.swing[1]
+        sums[slot] -= lam[slot] * (c * a - d * b) + lam[k + slot] * (d * a + c * b)
 
 
 @rare
@@ -243,7 +280,7 @@ def work_of_slots(_rows, rotor, thrust, angle, moved, state, space):
 @does(touch, FlowRows)
 @does(touch, SlotRows)
 @inlined
-def touch_slots(rows, _rotor, contact, wall, _mu, step, speed, _thrust, _angle, _every,
+def touch_slots(rows, rotor, contact, wall, _mu, step, speed, _thrust, _angle, _every,
                 _looks, state, space):  # fmt: skip
     """Find the contact forces of a step, which stay pending until the next one.
 
@@ -282,6 +319,8 @@ def touch_slots(rows, _rotor, contact, wall, _mu, step, speed, _thrust, _angle, 
             state.ledger[ROTATION] += carried
             state.ledger[IMPACT] += carried
         keep_forces(rows, active, step, state, space)
+        if not is_flow(rows) and len(rotor.support.reads) > 0:
+            book_held(rotor.support, state, space)
     return active
 
 
@@ -416,9 +455,17 @@ def conclude_slots(rows, _rotor, _wall, step, _speed, state, space):
 
 
 def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
-    """Return the work space of the loop `points` for slots."""
+    """Return the work space of the loop `points` for slots; check the arrays' sizes.
+
+    Raise ModelError if an array or an index is wrong.
+    """
     rotor, blades, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
     width = len(state.lam)
+    check_sizes("slots", sizes_of_slots(arrays, state))
+    check_places("slots", len(state.rotor) - FOUR, {
+        "pairs": rotor.rows.pairs, "pulse": rotor.pulse.at, "centre": rotor.centre,
+        "modes": rotor.modes,
+    })  # fmt: skip
     sizes = *(width,) * 4, (STEPS + 1) * width + 2 * FOUR, 2 * wide, 2 * wide
     spectrum, slip, radial, along, seen, out, again = aligned_zeros(*sizes)
     solver = circulant_space(
@@ -428,7 +475,36 @@ def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
         spectrum, slip, radial, along, seen, np.zeros(STEPS, np.int64),
         np.zeros(blades), solver, out, again, np.zeros((blades + 1, 2)),
         np.zeros(2 * len(rotor.modes)), np.zeros_like(state.ledger),
-        np.zeros(4),
+        np.zeros(4), np.zeros(4), np.zeros(2), np.full(3, -1.0),
         state._replace(rotor=state.rotor.copy(), counter=state.counter.copy()),
         layer_space.py_func(len(state.entered)),
     )  # fmt: skip
+
+
+def sizes_of_slots(arrays: Arrays, state: CyclicState) -> Wanted:
+    """Return (name, array, required number of values) of each array of the loop."""
+    rotor, blades, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
+    rows, support, width = rotor.rows, rotor.support, len(state.lam)
+    own, beside = int(rows.rotor.sum()), int(rows.ring.sum())
+    waves, flows = own + beside, isinstance(rows, FlowRows)
+    sizes = (FLOW, FLOW_CASING, 0) if flows else (PUSHED, CASING, SEEN)
+    groups, lobes = len(rows.rotor), 2 * len(rotor.pulse.at)
+    wanted = [
+        ("rotor", state.rotor, waves * PART + sizes[2] * width),
+        ("lam", state.lam, 2 * FOUR * groups), ("ring", rows.ring, groups),
+        ("sums", state.sums_b, 3 * width // 2), ("free", rows.free, waves * FREE),
+        ("pushed", rows.pushed, own * sizes[0] + beside * sizes[1]),
+        ("fixed", rows.fixed, groups * FIXED), ("along", rows.along, own * PART),
+        ("energy", rows.energy, len(rows.pairs) // 2 * PART),
+        ("turns", rows.turns, blades * width),
+        ("wave", rows.wave, width * wide + BEHIND),
+        ("column", arrays.contact.column, blades), ("gaps", state.gaps, 6 * wide),
+        ("impulse", state.impulse, blades), ("hub", rotor.hub, 4 * len(rotor.centre)),
+        ("push", rotor.pulse.push, lobes), ("move", rotor.pulse.move, lobes),
+        ("gives", support.gives, 2 * support.reads.size),
+        ("gaps of supports", support.gaps, 4 * FOUR * bool(support.reads.size)),
+    ]  # fmt: skip
+    if isinstance(rows, FlowRows):
+        jumps = rows.flight.jumps, len(rows.flight.counts) * waves * PART
+        wanted += [("jumps", *jumps), ("bounds", rows.flight.bounds, 2 * waves * PART)]
+    return wanted

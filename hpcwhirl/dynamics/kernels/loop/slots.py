@@ -27,12 +27,14 @@ from __future__ import annotations
 from hpcwhirl.dynamics.kernels.compiled import (
     does,
     inlined,
+    part,
     rare,
     rare_kernel,
     verb,
 )
 from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP
 from hpcwhirl.dynamics.kernels.loop.wave_types import FlowRows, SlotRows
+from hpcwhirl.dynamics.kernels.standing import find_force, push_group
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -190,14 +192,32 @@ def ahead_row(free, at, q, m, re, im, real, imag):
     return fma(gamma, re, real), fma(gamma, im, imag)
 
 
+@part
+def hold_slots(support, push, q, seen, k, spectrum):
+    """Apply the supports' force to the predicted step, its waves and gaps.
+
+    push : (2,), N, the force, x and y
+    seen, k : index in q of the rotor's spectrum of that step; number of slots
+    """
+    gaps, x, y = support.gaps, broadcast(push[0]), broadcast(push[1])
+    push_group(support.gives, x, y, q)
+    re = fma(load(gaps, 0), x, load(gaps, FOUR) * y)
+    im = fma(load(gaps, 2 * FOUR), x, load(gaps, 3 * FOUR) * y)
+    store(spectrum, 0, load(spectrum, 0) + re)
+    store(spectrum, k, load(spectrum, k) + im)
+    store(q, seen, load(q, seen) + re)
+    store(q, seen + k, load(q, seen + k) + im)
+
+
 @inlined
-def pass_groups(rows, q, lam, step, touched, spectrum, sums, slip):
+def pass_groups(rows, q, lam, step, touched, spectrum, sums, slip, held):
     """Complete the last step of all waves, predict the next, add up their gaps.
 
-    The arguments are those of `pass_slots`; touched : whether forces are pending
+    The arguments are those of `pass_slots`; touched : whether forces are pending. The
+    supports' force follows from the first group, and acts last, since it takes a while.
     """
     k, m, at, c = FOUR * groups_of(rows), 0, 0, 0
-    free, pushed = rows.free, rows.pushed
+    free, pushed, support = rows.free, rows.pushed, held[0]
     own, older = seen_at(rows, step, q)
     for g in range(groups_of(rows)):
         col, zero = FOUR * g, broadcast(0.0)
@@ -236,10 +256,14 @@ def pass_groups(rows, q, lam, step, touched, spectrum, sums, slip):
             store(q, older + k + col, first[1])
         store(spectrum, col, real)
         store(spectrum, k + col, imag)
+        if not is_flow(rows) and g == 0 and len(support.reads) > 0:
+            find_force(support, q, step, held[2], held[1])
+    if not is_flow(rows) and len(support.reads) > 0:
+        hold_slots(support, held[1], q, older, k, spectrum)
 
 
 @inlined
-def pass_slots(rows, q, lam, counter, spectrum, sums, slip):
+def pass_slots(rows, q, lam, counter, spectrum, sums, slip, held):
     """Complete the last step of all waves; predict the next step without contact.
 
     Parameters
@@ -250,11 +274,12 @@ def pass_slots(rows, q, lam, counter, spectrum, sums, slip):
     counter : counters of the march
     spectrum : (2 k,), m, out: spectrum of the gaps
     sums, slip : as in `book_group`
+    held : (`wave_types.SlotSupport`, `push` and `turned` of `SlotSpace`)
     """
     if is_pending(counter):
-        pass_groups(rows, q, lam, counter[STEP], True, spectrum, sums, slip)
+        pass_groups(rows, q, lam, counter[STEP], True, spectrum, sums, slip, held)
     else:
-        pass_groups(rows, q, lam, counter[STEP], False, spectrum, sums, slip)
+        pass_groups(rows, q, lam, counter[STEP], False, spectrum, sums, slip, held)
 
 
 @rare

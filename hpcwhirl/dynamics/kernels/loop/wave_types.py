@@ -340,10 +340,43 @@ class SlotPulse(NamedTuple):
     sign: float
 
 
+class SlotSupport(NamedTuple):
+    """Supports whose force on the centre no constant matrix gives, see `standing`.
+
+    With equal sectors the force f = x + i y acts on the rotor's waves of one slot,
+    nodal diameter 1. It changes complex numbers of that slot in proportion to conj(f).
+
+    reads : (n, 4) flat, as in `PointsSupport`, for re, then im, of each of the slot's
+        rows in turn, padded; empty without such supports
+    gives : (n, 2, 4) flat, change of the amplitudes of the group of four slots by unit
+        x and y
+    gaps : (2, 2, 4) flat, m/N, change of re, then im, of the gaps' spectrum of the
+        group by unit x and y
+    slides : (2,), m/N, re and im: motion along the casing by unit conj(f), beyond that
+        of the waves after the force
+    turns : (64, 2) flat, e^{-2 i Omega t} at the first steps, re and im
+    swing : (2,), re and im: motion of the gap from step n - 1 to n + 1 by a unit
+        amplitude of the orbit of an unbalanced rotor that turns at 2 Omega
+    orbit : index of re of that amplitude; -1 if there is none
+    slot : the slot, in the first group
+    stand : the supports
+    """
+
+    reads: Floats
+    gives: Floats
+    gaps: Floats
+    slides: Floats
+    turns: Floats
+    swing: Floats
+    orbit: int
+    slot: int
+    stand: Stand
+
+
 class SlotRotor(NamedTuple):
     """Coefficients of rotor and casing of equal sectors, see `slots`.
 
-    rows, pulse : `SlotRows` or `FlowRows`; `SlotPulse`
+    rows, pulse, support : `SlotRows` or `FlowRows`; `SlotPulse`; `SlotSupport`
     centre, hub : (h,), (2, h, 2): indices of the waves that move the centre, and x_o
         and y_o for unit re and im of their amplitudes
     modes : (c, 2), for each complex mode of the casing the indices of its two waves,
@@ -355,6 +388,7 @@ class SlotRotor(NamedTuple):
     centre: Integers
     hub: Floats
     modes: Integers
+    support: SlotSupport
 
 
 class SlotContact(NamedTuple):
@@ -380,8 +414,11 @@ class SlotSpace(NamedTuple):
     tips, casing : (N + 1, 2), m, displacements of tips, then x_o, y_o; (2 c,), re, then
         im of the casing's modes
     ledger : copy of the ledger with all works entered, J
-    kicked : (4,), of the last step with a pulse and contact: re and im, m, of the
-        motion along the casing by the pulse alone; number of the step; slot
+    kicked, held : (4,) each, of the last step with contact and a pulse, or a force of
+        the supports: re and im, m, of the motion along the casing by it alone; number
+        of the step; slot
+    push, turned : (2,), N, force of the supports in this step, x and y; (3,), see
+        `standing.turned_by_steps`
     aside : for the exact scheme, a state with copies of the arrays that a jump changes
     layer : work space of `layer`
     """
@@ -400,5 +437,8 @@ class SlotSpace(NamedTuple):
     casing: Floats
     ledger: Floats
     kicked: Floats
+    held: Floats
+    push: Floats
+    turned: Floats
     aside: CyclicState
     layer: LayerSpace
