@@ -32,7 +32,7 @@ hpcwhirl campaign two.toml --out out --dry-run
 hpcwhirl campaign two.toml --out out
 hpcwhirl cases out --csv --where "regime != divergent"
 hpcwhirl figures out --kind orbit --kind ledger
-hpcwhirl classify out --set rise=0.3
+hpcwhirl classify out --set rise=0.3 --write
 hpcwhirl margin out
 hpcwhirl model two.toml >model.txt
 hpcwhirl report out

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import OR_FILE
+from hpcwhirl.cli.so_far import gathered_so_far
 from hpcwhirl.cli.tables import (
     add_format,
     cell,
@@ -68,6 +69,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.limit < 0:
         raise InputError(f"--limit must be >= 0, got {args.limit}")
+    gathered_so_far(args.folder)
     place = results_of(args.folder)
     with reading(place), open_coded(place) as data:
         if args.columns == "?":

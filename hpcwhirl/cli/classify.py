@@ -33,6 +33,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--set NAME=VALUE",
         f"set a threshold; may be repeated; defaults and meanings: {known}",
         default=[], dest="settings")
+    add_option(parser, "--write",
+        "with --set: write the new words into results.h5 and draw its map again; "
+        "without --write they are only shown")
     add_take_over(parser)
     add_json(parser)
 
@@ -66,13 +69,14 @@ def thresholds_of(settings: list[str]) -> dict[str, float]:
 def run(args: argparse.Namespace) -> int:
     """Derive the words of every case again from stored evidence; print the changes.
 
-    Returns the exit code
+    They are written, unless other thresholds are given without --write. Returns the
+    exit code
     """
     from hpcwhirl.report.map.maps import refresh
     from hpcwhirl.store.directory.campaign_directory import Directory
     from hpcwhirl.store.directory.owner import Asking
     from hpcwhirl.store.reading.results_file import count_statuses
-    from hpcwhirl.store.results.relabel import relabel
+    from hpcwhirl.store.results.relabel import compared, relabel
 
     words = thresholds_of(args.settings)
     directory = Directory(args.folder)
@@ -84,12 +88,15 @@ def run(args: argparse.Namespace) -> int:
             return found
         return *found, motions_by_table(found[1], numbers, words)
 
-    changes = relabel(directory, named, words, asking)
+    if args.settings and not args.write:
+        changes, told = compared(directory, named), ["nothing is written: --write does"]
+        drawn = list[Path]()
+    else:
+        changes = relabel(directory, named, words, asking)
+        drawn, told = refresh(directory, changed=any(o != n for o, n in changes))
     facts = _facts(changes, count_statuses(directory.results))
-    facts["thresholds"] = words
-    drawn, stale = refresh(directory, changed=any(o != n for o, n in changes))
-    facts["drawn again"] = [str(path) for path in drawn]
-    for line in stale:
+    facts |= {"thresholds": words, "drawn again": [str(path) for path in drawn]}
+    for line in told:
         say(line)
     if args.json:
         print_json(facts)

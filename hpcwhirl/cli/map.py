@@ -11,6 +11,7 @@ from pathlib import Path
 
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import OR_FILE, add_units, asked_units
+from hpcwhirl.cli.so_far import gathered_so_far
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,6 +52,7 @@ def run(args: argparse.Namespace) -> int:
         args.x, args.y, tuple(args.panels), tuple(args.at), args.colour,
         rpm=args.rpm, critical=args.critical, units=asked_units(args.units),
     )  # fmt: skip
+    gathered_so_far(args.folder)
     results = results_of(args.folder)
     out = args.out or results.parent
     for path in draw_map(results, out, wish, table=args.csv):

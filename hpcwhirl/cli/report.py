@@ -7,6 +7,7 @@ from pathlib import Path
 
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_units, asked_units, check_writable
+from hpcwhirl.cli.so_far import gathered_so_far
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +30,7 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.directory.campaign_directory import Directory
 
     check_writable(args.out, folder=False)
+    gathered_so_far(args.folder)
     with showing(asked_units(args.units)):
         print(write_page(Directory(args.folder), args.out, args.animate))
     return 0

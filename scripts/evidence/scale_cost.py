@@ -60,7 +60,7 @@ COMMANDS: dict[str, list[str]] = {
     "nothing to do": ["campaign", "DIR/sweep.toml", "--out", "DIR", "--report", "no"],
     "extend": ["campaign", "DIR/sweep.toml", "--out", "DIR", "--extend", "undecided",
                "--to", "20", "--dry-run"],
-    "classify": ["classify", "DIR", "--set", "drift=0.11"],
+    "classify": ["classify", "DIR", "--set", "drift=0.11", "--write"],
     "cases": ["cases", "DIR", "--csv"],
     "cases --where": ["cases", "DIR", "--where", "speed > 499 and gap < 2e-4"],
 }  # fmt: skip

@@ -242,7 +242,7 @@ def test_a_campaign_stores_the_numbers_and_classify_keeps_them(campaign):
         before = file["exponent"][:].tobytes()
     limits = ("returns", "calm", "strong")  # so high that all sustained are periodic
     words_of_limits = [w for n in limits for w in ("--set", f"{n}=1e9")]
-    assert main(["classify", str(place), *words_of_limits]) == 0
+    assert main(["classify", str(place), *words_of_limits, "--write"]) == 0
     with hpcwhirl.open_results(place) as after:
         told = np.where(sustained, "periodic", "none")
         assert after["motion"].values.tolist() == told.tolist()

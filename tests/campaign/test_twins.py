@@ -299,7 +299,7 @@ def test_classify_keeps_the_shares(tmp_path):
     folder = tmp_path / "o"
     run(folder)
     before = all_variables(folder)
-    assert main(["classify", str(folder), "--set", "significance=1e9"]) == 0
+    assert main(["classify", str(folder), "--set", "significance=1e9", "--write"]) == 0
     data = hpcwhirl.open_results(folder)
     with h5py.File(folder / "results.h5") as file:
         regimes, own = file["twins/regime"][:], file["regime"][:]

@@ -288,7 +288,7 @@ def test_classify_renames_without_integrating_and_keeps_its_thresholds(
     before = open_results(copy)
     monkeypatch.setattr(March, "__init__", lambda *_: 1 / 0)
     strict = ("--set", "ledger=0", "--set", "drift=0.25")
-    found = facts("classify", str(copy), "--json", *strict)
+    found = facts("classify", str(copy), "--json", "--write", *strict)
     after = open_results(copy)
     assert (found["words"], found["whirls"]) == ({"unstable": 2}, {"none": 2})
     rows = facts("cases", str(copy), "--json")["cases"]

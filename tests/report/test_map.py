@@ -630,7 +630,7 @@ def test_classify_draws_the_map_again_as_it_was_asked_for(campaign, facts, capsy
     before = [path.stat().st_mtime_ns for path in paths]
     (folder / "report.html").write_text("older words")
     capsys.readouterr()
-    told = facts("classify", str(folder), "--json", "--set", "rise=0.2")
+    told = facts("classify", str(folder), "--write", "--json", "--set", "rise=0.2")
     assert told["drawn again"] == [str(path) for path in paths]
     for path, earlier in zip(paths, before, strict=True):
         assert path.stat().st_mtime_ns > earlier

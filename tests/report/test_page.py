@@ -294,7 +294,7 @@ def test_a_page_knows_when_its_words_are_old(made_copy, capsys):
     assert not build.is_stale(Directory(made_copy))  # there is none yet
     path = build.write_page(Directory(made_copy))
     assert not build.is_stale(Directory(made_copy))
-    assert main(["classify", str(made_copy), "--set", "rise=0.01"]) == 0
+    assert main(["classify", str(made_copy), "--set", "rise=0.01", "--write"]) == 0
     assert f"hpcwhirl report {made_copy}" in capsys.readouterr().err
     assert build.is_stale(Directory(made_copy))
     assert main(["report", str(made_copy)]) == 0

@@ -67,7 +67,7 @@ def made(tmp_path_factory):
     )
     found["refined"] = split / "results.h5"
     shutil.copytree(place / "full", place / "named")
-    assert main(["classify", str(place / "named"), "--set", "rise=0.1"]) == 0
+    assert main(["classify", str(place / "named"), "--set", "rise=0.1", "--write"]) == 0
     found["named"] = place / "named" / "results.h5"
     found["one"] = place / "one.h5"
     assert main(["run", *SHORT, "--out", str(found["one"])]) == 0

@@ -72,7 +72,7 @@ def _touched(place):
 
 
 def _classified(place):
-    assert main(["classify", str(place), "--set", "drift=0.2"]) == 0
+    assert main(["classify", str(place), "--set", "drift=0.2", "--write"]) == 0
 
 
 def _cut(place):

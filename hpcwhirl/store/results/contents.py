@@ -358,7 +358,8 @@ def stamp(directory: Directory) -> None:
         write_whole(directory.runs.place / STAMP, told, parents=False)
 
 
-def _is_stamped(directory: Directory) -> bool:
+def is_stamped(directory: Directory) -> bool:
+    """Return whether results.h5 is as it was gathered: nobody has changed it since."""
     try:
         found = read_regular(directory.runs.place / STAMP)
         return found == _told(directory.results).encode()
@@ -378,7 +379,7 @@ def is_current(directory: Directory, words: Mapping[str, float]) -> bool:
         with opened(directory.results) as file:
             same = all(file.attrs.get(n) == limit for n, limit in words.items())
             known = bytes(file["performance"].attrs.get(SOURCE, b"")).decode()
-        same = same and known != "" and _is_stamped(directory)
+        same = same and known != "" and is_stamped(directory)
         return bool(same and known == source_of(directory))
     except (WhirlError, KeyError, *DAMAGE):
         return False

@@ -77,6 +77,21 @@ def relabel(
     return changes
 
 
+def compared(
+    directory: Directory, name: Callable[[dict[str, Any]], Words]
+) -> Counter[tuple[Word, Word]]:
+    """Return what `relabel` would change, {(old words, new words): number of cases}.
+
+    directory, name : as for `relabel`
+    """
+    path, changes = directory.results, Counter[tuple[Word, Word]]()
+    with reading(path), opened(path) as file:
+        for start in range(0, len(file["status"]), AT_ONCE):
+            some = slice(start, start + AT_ONCE)
+            changes += _counted(*_compared(file, some, name))
+    return changes
+
+
 def _renamed(
     part: Path, name: Callable[[dict[str, Any]], Words], thresholds: Mapping[str, float]
 ) -> Counter[tuple[Word, Word]]:
@@ -154,19 +169,35 @@ def _rename_some(
     -------
     {(old words, new words): number of cases or twins}
     """
+    given, old, new = _compared(file, cases, name)
+    for variable, was, now in zip(_variables(file), old, new, strict=True):
+        codes = np.empty(was.code.shape, np.int8)
+        codes[given] = codes_of(variable, now)
+        codes[~given] = codes_of(variable, was[~given])
+        file[variable][cases] = codes
+    return _counted(given, old, new)
+
+
+def _compared(
+    file: h5py.Group, cases: slice, name: Callable[[dict[str, Any]], Words]
+) -> tuple[NDArray[np.bool_], list[Coded], list[Coded]]:
+    """Return which of some cases have a result, their words, and new ones of these.
+
+    file, cases, name : as for `_rename_some`
+    """
     given = coded_in(file, "status", cases).isin(["ok"])
     table = ROW | CHAOS if MOTION in file else ROW
     numeric = [n for n, v in table.items() if v.kind in {"f8", "i8"}]
     numbers = {n: file[n][cases][given] for n in numeric}
     stop = np.asarray(coded_in(file, "stop", cases)[given])
     new = list(map(Coded.of, name(numbers | {"stop": stop})))
-    variables = _variables(file)
-    old = [coded_in(file, variable, cases) for variable in variables]
-    for variable, was, now in zip(variables, old, new, strict=True):
-        codes = np.empty(was.code.shape, np.int8)
-        codes[given] = codes_of(variable, now)
-        codes[~given] = codes_of(variable, was[~given])
-        file[variable][cases] = codes
+    return given, [coded_in(file, n, cases) for n in _variables(file)], new
+
+
+def _counted(
+    given: NDArray[np.bool_], old: list[Coded], new: list[Coded]
+) -> Counter[tuple[Word, Word]]:
+    """Return {(old words, new words): number of cases}, see `_compared`."""
     both = counted([*(was[given] for was in old), *new])
     return Counter(
         {(each[: len(old)], each[len(old) :]): n for each, n in both.items()}

@@ -29,7 +29,7 @@ def prepare(place: Path) -> Pair:
     """Compute a campaign, and classify a copy of it."""
     specimen = undisturbed(replace(PLAIN, duration=4e-3, speeds=8), place)
     other = shutil.copytree(specimen.out, place / "classified")
-    ended = run(["classify", other, *LIMITS], place)
+    ended = run(["classify", other, *LIMITS, "--write"], place)
     if ended.code:
         raise RuntimeError(ended.err)
     begun = time.monotonic()
@@ -73,7 +73,7 @@ def _gathers(shared: Pair, chance: Chance, out: Path) -> str:
 def _classify(shared: Pair, chance: Chance, out: Path) -> str:
     """Gather and classify: either's words, all other values the truth."""
     shutil.copytree(shared.specimen.out, out)
-    classify = ["classify", str(out), *LIMITS]
+    classify = ["classify", str(out), *LIMITS, "--write"]
     calls = [["gather", str(out)], *[classify] * chance.choice([1, 1, 2])]
     chance.shuffle(calls)
     ends = _at_once(calls, chance.choice(SPREADS), chance, out.parent)
