@@ -32,6 +32,7 @@ COMMANDS = {
     "branches": "list where sweeps up and down change their words",
     "edge": "follow the motion on the boundary between two words",
     "figures": "draw spectra, orbits, modal amplitudes, contacts and energy ledgers",
+    "export": "write one case as CSV, for MATLAB or for ParaView",
     "report": "write one HTML page to explore a campaign offline",
     "job": "print a job script for the scheduler of a cluster",
     "doctor": "check machine, MPI and directory: what will break, and the remedy",
