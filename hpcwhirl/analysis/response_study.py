@@ -33,6 +33,8 @@ from hpcwhirl.analysis.response import (
     steady_at,
     unit_of,
 )
+from hpcwhirl.case.growth import stability_of
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.unbalance import is_unbalanced
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import zero_between
@@ -81,6 +83,16 @@ class Study:
             for place, peaks in self.peaks.items()
             for peak in peaks
         ]
+
+    def growing(self) -> list[tuple[float, float]]:
+        """Return the bands of speed in which free motion grows, rad/s.
+
+        There the rotor leaves its circle, without contact, too.
+        """
+        model, last = resolve(self.scene).model, self.points[-1].speed
+        found = stability_of(model, last)
+        bands = found.bands if found else ()
+        return [(b.start, min(b.end, last)) for b in bands if b.start < last]
 
     def bands(self, share: float) -> list[tuple[float, float]]:
         """Return the bands of speed in which tips use a share of the clearance.
@@ -210,6 +222,7 @@ def facts_of_study(found: Study, share: float) -> dict[str, Any]:
             "scaled": found.scale * worst.used,
             "limit": CLEARANCE,
         },
+        "growing": found.growing(),
         "touching": found.bands(1.0),
         "worth_integrating": {"share": share, "bands": found.bands(share)},
         "curves": _curves(found),

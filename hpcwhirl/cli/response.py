@@ -220,6 +220,9 @@ def _clearance(found: Study) -> list[str]:
 def _worth(found: Study, share: float, worth: list[float]) -> list[str]:
     """Return lines of text on where tips touch, and the sweep that is worth it."""
     lines = [_bands("the tips touch the casing", found.bands(1.0))]
+    if growing := found.growing():
+        told = "free motion grows, and no circle is kept,"
+        lines.append(_bands(told, growing))
     if share < 1.0:
         told = f"the tips use at least {100 * share:g} % of the clearance"
         lines.append(_bands(told, found.bands(share)))

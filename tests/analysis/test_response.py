@@ -317,6 +317,15 @@ def test_amplitudes_grow_with_the_unbalance_and_factors_do_not(found):
     assert other.worst().used == pytest.approx(3 * found.worst().used, rel=1e-9)
 
 
+def test_speeds_at_which_free_motion_grows_are_named():
+    """T3: a rotor whose damping all turns grows from its critical speed on."""
+    scene = stiff(6, speed=OWN, **{"rotor.damping": 0.02, "suspension_damping": -1.0})
+    found = study(scene, Operating(0.8 * OWN, 1.2 * OWN))
+    ((low, high),) = found.growing()
+    assert low == pytest.approx(OWN, rel=2e-3)
+    assert high == found.points[-1].speed
+
+
 def test_what_is_offered_are_the_campaign_s_own_speeds_where_it_has_some():
     bands = [(10.0, 20.0), (30.0, 40.0)]
     speeds = offered(bands, [-12.0, 15.0, 25.0])
