@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import argparse
+import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.options import add_json, print_json
+from hpcwhirl.errors import say
 from hpcwhirl.launch import from_root, launched_first
+
+TURNING = {"engine.rotation": "full"}
+COMPILED: dict[str, dict[str, Any]] = {  # {what is told: inputs of a scene}
+    "equal sectors": {},
+    "scheme exact": {"scheme": "exact"},
+    "rotation full": TURNING,
+    "supports that differ": {**TURNING, "stiffness_difference": 1e5},
+    "unequal sectors": {"mistuning": [0.01, *[0.0] * 21]},
+}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,6 +29,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--dir DIR",
         "directory in which campaigns will be stored (default: working directory)",
         default=Path(), type=Path)
+    add_option(parser, "--compile",
+        "first compile the kernels that most campaigns need, so that no later start "
+        "waits for it; takes minutes once, and a second or so later")
     add_json(parser)
 
 
@@ -29,6 +43,8 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.cluster.facts import launcher_facts, place_facts, rank_facts, ranks_of
     from hpcwhirl.cluster.findings import BREAKS, findings
 
+    if args.compile and launched_first():
+        fill_cache()
     facts = rank_facts()
     comm, mpi = ranks_of(facts["launched"])
     facts |= mpi
@@ -45,6 +61,18 @@ def run(args: argparse.Namespace) -> int:
             _show(args, results, everyone)
             code = int(any(finding.level == BREAKS for finding in results))
     return int(from_root(comm, code))
+
+
+def fill_cache() -> None:
+    """Compile the kernels of the scenes `COMPILED`; a line for each on stderr."""
+    from hpcwhirl.case.resolve import resolve
+    from hpcwhirl.dynamics.march import March
+    from hpcwhirl.scene import apply_settings, named_scene
+
+    for name, settings in COMPILED.items():
+        began = time.perf_counter()
+        March(resolve(apply_settings(named_scene("table2"), settings))).warm()
+        say(f"{name}: {time.perf_counter() - began:.1f} s")
 
 
 def _show(

@@ -209,6 +209,8 @@ class KernelCache:
         key = self._key(sig, target_context.codegen())
         content = read_intact(self._path(key))
         if content is None:
+            if KEPT:
+                tell("compiling kernels, once per machine")
             return None
         of, reduced = pickle.loads(content)
         return CompileResult._rebuild(target_context, *reduced) if of == key else None

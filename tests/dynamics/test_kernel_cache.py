@@ -186,13 +186,14 @@ def test_a_process_heals_a_cache_that_is_damaged(tmp_path):
 
     def called():
         done = python(CALL, env=env, check=True)
-        assert not done.stderr
-        return done.stdout.split()
+        compiled = done.stderr == "hpcwhirl: compiling kernels, once per machine\n"
+        assert compiled or not done.stderr
+        return compiled, done.stdout.split()
 
-    assert called() == ["0.5", "0"]
+    assert called() == (True, ["0.5", "0"])
     (file,) = tmp_path.rglob("*open_until*.nbc")
     file.write_bytes(b"")
-    assert [called(), called()] == [["0.5", "0"], ["0.5", "1"]]
+    assert [called(), called()] == [(True, ["0.5", "0"]), (False, ["0.5", "1"])]
 
 
 def test_code_that_cannot_be_kept_is_one_line(capsys, tmp_path):
