@@ -42,6 +42,7 @@ REFUSED, MEAN, KEPT = "refused", "mean", "kept"
 UNEQUAL = REFUSED, MEAN
 MOST = 12  # elements of a section
 LEAST = 2  # elements of a section
+OF_TUBE, OF_DISK, OF_ROW = 11, 4, 9  # numbers in a row of the stored text
 LONGEST = 400  # most elements of a shaft
 USUAL = {"young": 2.1e11, "density": 7800.0, "poisson": 0.3}
 MATERIAL = {
@@ -75,7 +76,7 @@ def shaft_text(value: str) -> str:
     if value in WORDS:
         return value
     if value.startswith("{"):
-        return _kept(json.loads(value))
+        return _kept(value)
     path = Path(value)
     if path.suffix not in SUFFIXES:
         hint = nearest(value, WORDS)
@@ -86,11 +87,34 @@ def shaft_text(value: str) -> str:
     return text_of(parsed(path), path.name)
 
 
-def _kept(given: Mapping[str, Any]) -> str:
-    """Return a stored line again, with its numbers as JSON has them."""
-    told = "must be the text of a shaft line that a scene stores"
-    must({"tubes", "supports", "stations"} <= set(given), told)
+def _kept(text: str) -> str:
+    """Return the text of a stored line in its one form, after a check."""
+    try:
+        given = json.loads(text)
+        _check(given)
+        _check_form(given)
+    except (KeyError, TypeError, IndexError, RecursionError, ValueError):
+        told = "must be the text of a shaft line that a scene stores, got "
+        raise ValueError(told + shown(text)) from None
     return json.dumps(given, separators=(",", ":"))
+
+
+def _check_form(line: Mapping[str, Any]) -> None:
+    """Raise ValueError for a stored line with wrong rows or nodes."""
+    last, feet = max(tube[0] for tube in line["tubes"]) + 1, len(line["pedestals"])
+    first = sorted({tube[0] for tube in line["tubes"]})
+    must(first == list(range(last)), "its elements must follow each other")
+    must(all(len(tube) == OF_TUBE for tube in line["tubes"]), "an element is wrong")
+    nodes = [disk[0] for disk in line["disks"]] + line["stations"]
+    must(all(node in range(last + 1) for node in nodes), "a node is wrong")
+    must(all(len(disk) == OF_DISK for disk in line["disks"]), "a disk is wrong")
+    numbers = [*line["pedestals"], line["viscous"], line["loss"]]
+    must(all(0.0 <= x < math.inf for x in numbers), "a number is wrong")
+    for node, foot, rows in line["supports"]:
+        inside = node in range(-1, last + 1) and foot in range(-1, feet)
+        must(inside and rows and max(node, foot) >= 0, "a support is wrong")
+        must(all(len(row) == OF_ROW for row in rows), "a support is wrong")
+        must(all(math.isfinite(x) for row in rows for x in row), "a number is wrong")
 
 
 def parsed(path: Path) -> Mapping[str, Any]:

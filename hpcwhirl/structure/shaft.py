@@ -325,12 +325,12 @@ def line_of(text: str) -> ShaftLine:
     pedestals = NODE * (max(tube.node for tube in tubes) + 2)
 
     def place(node: int, pedestal: int) -> int:  # of the shaft, or a pedestal's
-        return NODE * node if node >= 0 else pedestals + pedestal
+        return int(NODE * node if node >= 0 else pedestals + pedestal)
 
     supports = tuple(
         LineSupport(
             place(node, pedestal),
-            pedestals + pedestal if node >= 0 <= pedestal else GROUND,
+            pedestals + int(pedestal) if node >= 0 <= pedestal else GROUND,
             tuple(map(tuple, rows)),
         )
         for node, pedestal, rows in given["supports"]
@@ -342,7 +342,7 @@ def line_of(text: str) -> ShaftLine:
         given["viscous"],
         given["loss"],
         supports,
-        tuple(given["stations"]),
+        tuple(map(int, given["stations"])),
     )
 
 

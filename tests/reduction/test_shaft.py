@@ -215,3 +215,22 @@ def test_a_wrong_table_of_a_shaft_is_refused_in_one_line(changes, told):
     with pytest.raises(InputError, match=told) as caught:
         rotor_model(scene_of_document(document).engine.rotor, 30, "full")
     assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_stored_text_that_was_changed_by_hand_is_refused_in_one_line():
+    text = text_of(table(), "the shaft")
+    assert shaft_text(text) == text
+    broken = [
+        text[:-9],
+        "{}",
+        '{"tubes":[]}',
+        text.replace('"disks":[[', '"disks":[[9'),
+    ]
+    broken += [text.replace("null", "0").replace("0.08", key) for key in ("NaN", "-1")]
+    given = json.loads(text)
+    for key, value in (("stations", [99]), ("supports", [[0, 5, [[0] * 9]]])):
+        broken.append(json.dumps(given | {key: value}))
+    for one in broken:
+        with pytest.raises(InputError, match="must be the text of a shaft") as caught:
+            scene_of_document({"engine": {"rotation": "full", "rotor": {"shaft": one}}})
+        assert len(str(caught.value).splitlines()) == 1
