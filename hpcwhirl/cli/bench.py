@@ -52,6 +52,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--repeats N",
         "number of timed repetitions (default 9)", default=9)
     add_option(parser, "--cases", "also time whole cases, one for each regime")
+    add_option(parser, "--learn",
+        "instead, time the steps of engines of 6, 22 and 66 blades, and keep the times "
+        "beside the compiled kernels: campaign --dry-run and job use them from then on")
     add_option(parser, "--compile",
         "also time the starts of processes: the first ever, which compiles, the first "
         "with another model size, and the next one; takes minutes, since each of the "
@@ -65,6 +68,8 @@ def run(args: argparse.Namespace) -> int:
     """
     if args.repeats < 1:
         raise InputError(f"--repeats must be >= 1, got {args.repeats}")
+    if args.learn:
+        return _learn(args.repeats, as_json=args.json)
     scene = scene_of(args.scene, args.settings)
     scene = apply_settings(scene, {"plan": "everything"})  # leave out no step
     facts = facts_of(scene, args.repeats)
@@ -80,6 +85,25 @@ def run(args: argparse.Namespace) -> int:
         print_json(facts)
     else:
         _show(facts)
+    return 0
+
+
+def _learn(repeats: int, *, as_json: bool) -> int:
+    """Measure the times by which costs are predicted, and keep them."""
+    from hpcwhirl.benchmark.learn import measure
+    from hpcwhirl.campaign.plan.learned import keep
+
+    rows = measure(repeats)
+    path = keep(rows)
+    if as_json:
+        print_json({"file": str(path), "rows": [asdict(row) for row in rows]})
+        return 0
+    print("scheme   rotation  blades          flight  contact, measured / nominal")
+    for row in rows:
+        sectors = f"{row.blades}{' unequal' if row.uneven else ''}"
+        print(f"{row.scheme:8} {row.rotation:9} {sectors:15} {row.flight:6.2f}"
+              f"  {row.contact:7.2f}")  # fmt: skip
+    print(path)
     return 0
 
 

@@ -132,12 +132,12 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
         first, last = (_step(cost, seconds) for seconds in cost.range)
         lines.append(
             f"{cost.steps:.4g} steps, {first:.2g} us each where no blade touches to "
-            f"{last:.2g} where blades always touch (nominal; --pilot SECONDS computes "
-            "some of the cases and learns from them)"
+            f"{last:.2g} where blades always touch ({_source()}; --pilot SECONDS "
+            "computes some of the cases and learns from them)"
         )
         lines.append(
-            f"nominal: {low / 3600:.3g} to {high / 3600:.3g} core-hours, if none ends "
-            f"early{_extrapolated(design)}"
+            f"{_source()}: {low / 3600:.3g} to {high / 3600:.3g} core-hours, if none "
+            f"ends early{_extrapolated(design)}"
         )
     lines.append(_wall(cost, ranks))
     disk = cost.disk
@@ -146,6 +146,13 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
         f"{_size(disk.journal)} journal"
     )
     return lines
+
+
+def _source() -> str:
+    """Return from where the times of steps are, before any case has ended."""
+    from hpcwhirl.campaign.plan.learned import learned
+
+    return "measured on this machine" if learned() else "nominal"
 
 
 def _extrapolated(design: Design) -> str:
@@ -203,7 +210,8 @@ def _wall(cost: Forecast, ranks: int) -> str:
     usual, span = cost.wall(ranks)
     wall = f"{_duration(usual)} ({_between(span)})" if cost.finished else _between(span)
     serial = sum(cost.before.values()) + sum(cost.after.values())
-    text = f"wall time on {number_told(ranks, 'rank')}: {wall}; "
+    source = "" if cost.finished else f", {_source()}"
+    text = f"wall time on {number_told(ranks, 'rank')}{source}: {wall}; "
     text += f"of this, {_duration(serial)} for start, gather and map"
     if not cost.left:
         return text

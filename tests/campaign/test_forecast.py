@@ -410,7 +410,8 @@ def test_the_nominal_cost_knows_the_contact_points_of_a_file(tmp_path, points):
         assert several == pytest.approx((first + each * points) * one)
     usual = costs.costs_of(designs[1]).nominal
     cases = range(len(usual))
-    assert usual.tolist() == [designs[1].predicted(case)[1] for case in cases]
+    predicted = [designs[1].predicted(case)[1] for case in cases]
+    assert usual.tolist() == pytest.approx(predicted)
 
 
 def test_files_that_are_swept_cost_as_their_own_points(tmp_path):

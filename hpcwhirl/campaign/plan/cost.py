@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.plan.learned import step_seconds
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.refinement.growth import Address
@@ -269,7 +270,9 @@ def costs_of(
 
 
 def _nominal(get: Columns, share: float) -> Any:
-    """Return the nominal kernel time of a time step, s: one for all cases, or (cases,).
+    """Return the predicted kernel time of a time step, s: one for all, or (cases,).
+
+    It is nominal, or measured on this machine, see `learned`.
 
     Parameters
     ----------
@@ -292,8 +295,8 @@ def _nominal(get: Columns, share: float) -> Any:
     kinds = product(np.unique(schemes), np.unique(rotations), (False, True))
     return sum(
         ((schemes == scheme) & (rotations == rotation) & (uneven == apart))
-        * SCHEMES[scheme].step_seconds(
-            rotation, blades, uneven=apart, share=share, points=points
+        * step_seconds(
+            SCHEMES[scheme], rotation, blades, share, uneven=apart, points=points
         )
         for scheme, rotation, apart in kinds
     )
