@@ -256,6 +256,7 @@ def _check_memory() -> None:
 
 def _parser() -> argparse.ArgumentParser:
     from hpcwhirl import __version__
+    from hpcwhirl.cli.completion import SHELLS, Completion, ManPage
 
     parser = _Parser(
         prog="hpcwhirl",
@@ -263,6 +264,13 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=__version__)
+    parser.add_argument(
+        "--completion", action=Completion, choices=SHELLS, metavar="SHELL",
+        help=f"print the completion of a shell, {', '.join(SHELLS)}, and end",
+    )  # fmt: skip
+    parser.add_argument(
+        "--man", action=ManPage, nargs=0, help="print the man page, in roff, and end"
+    )
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND")
     wide = max(map(len, COMMANDS))
     parser.epilog = "commands:\n" + "\n".join(

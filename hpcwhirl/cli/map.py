@@ -10,7 +10,13 @@ import argparse
 from pathlib import Path
 
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cli.options import OR_FILE, add_units, asked_units
+from hpcwhirl.cli.options import (
+    OR_FILE,
+    add_json,
+    add_units,
+    asked_units,
+    print_paths,
+)
 from hpcwhirl.cli.so_far import gathered_so_far
 
 
@@ -37,6 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--critical",
         "mark the critical speeds of Eq. 13 and its super-harmonics")
     add_option(parser, "--csv", "also write the values drawn as CSV")
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -55,6 +62,5 @@ def run(args: argparse.Namespace) -> int:
     gathered_so_far(args.folder)
     results = results_of(args.folder)
     out = args.out or results.parent
-    for path in draw_map(results, out, wish, table=args.csv):
-        print(path)
+    print_paths(args, draw_map(results, out, wish, table=args.csv))
     return 0

@@ -7,7 +7,7 @@ import json
 import math
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -284,6 +284,18 @@ def check_picture(path: Path | None) -> None:
 def print_json(facts: Mapping[str, Any]) -> None:
     """Print data as strict JSON on stdout; numbers that are not finite become null."""
     print(json_of(facts))
+
+
+def print_paths(args: argparse.Namespace, made: Iterable[Path]) -> None:
+    """Print the paths of files that a command has made, a line each, or as JSON.
+
+    args : parsed options, with `json`
+    """
+    if args.json:
+        print_json({"files": [str(path) for path in made]})
+        return
+    for path in made:
+        print(path)
 
 
 def json_of(data: Any) -> str:

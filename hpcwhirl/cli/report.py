@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import webbrowser
 from pathlib import Path
 
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cli.options import OF_CAMPAIGN, add_units, asked_units, check_writable
+from hpcwhirl.cli.options import (
+    OF_CAMPAIGN,
+    add_json,
+    add_units,
+    asked_units,
+    check_writable,
+    print_paths,
+)
 from hpcwhirl.cli.so_far import gathered_so_far
+from hpcwhirl.errors import say
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,6 +29,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "show the wheel of this case, by its number, in motion; the case is integrated "
         "again unless full traces were kept; may be repeated (default: a case of each "
         "word, of those with full traces)", type=int, action="append", default=[])
+    add_option(parser, "--open", "show the page in the web browser")
+    add_json(parser)
     add_units(parser, "axes, cases and colours (filters stay in SI)")
 
 
@@ -32,5 +43,8 @@ def run(args: argparse.Namespace) -> int:
     check_writable(args.out, folder=False)
     gathered_so_far(args.folder)
     with showing(asked_units(args.units)):
-        print(write_page(Directory(args.folder), args.out, args.animate))
+        page = write_page(Directory(args.folder), args.out, args.animate)
+    print_paths(args, [page])
+    if args.open and not webbrowser.open(page.resolve().as_uri()):
+        say(f"no web browser could be started: open {page.resolve()}")
     return 0
