@@ -80,7 +80,7 @@ def random_state(march, rng, share=1.0):
     free = march.scheme.free()
     rate = np.abs(free.ahead)
     a = 1e-6 * spread(rng, len(rate), share)
-    free.write(march.state, np.divide(a, rate, out=0 * a, where=rate > 1e-12))
+    free.put(march.state, np.divide(a, rate, out=0 * a, where=rate > 1e-12))
 
 
 def flown(march, steps):
@@ -88,10 +88,10 @@ def flown(march, steps):
     step, scheme, free = (
         march.scene.solver.time_step, march.scheme, march.scheme.free(),
     )  # fmt: skip
-    a = free.read(march.state) * np.exp(steps * np.log1p(free.ahead))
+    a = free.amplitudes(march.state) * np.exp(steps * np.log1p(free.ahead))
     row, slot = np.nonzero(scheme.ring.there)
     ring = scheme.ring.radial[row, slot] * a[len(a) - len(row) :]
-    gaps = march.scene.gap - (free.radial @ a).real
+    gaps = march.scene.gap - (free.moved.radial @ a).real
     gaps += (blade_waves(march.model.blades)[:, slot] @ ring).real
     turned = march.scene.speed * steps * step
     places = turned + 2 * np.pi * np.arange(len(gaps)) / len(gaps)

@@ -44,6 +44,7 @@ SCENES = {
     },
     "lost": {"lost_blade": 2, "amplitude_limit": 0.5, "centre_stiffness": 3e8},
 }  # fmt: skip
+IN_TABLE = {"unlike", "film", "lost"}  # of which tests/dynamics/test_laws.py asks
 
 
 def march_of(name, **given):
@@ -55,7 +56,7 @@ def off(one, other):
     return np.abs(one - other).max() / np.abs(other).max()
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", sorted(SCENES.keys() - IN_TABLE))
 def test_waves_with_a_term_move_as_bodies_do(name):
     waves, bodies = (march_of(name, scheme=s) for s in ("modal", "general"))
     assert isinstance(waves.scheme.arrays.rotor, PointsRotor)

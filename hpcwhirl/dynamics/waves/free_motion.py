@@ -136,7 +136,7 @@ class FreeMotion:
         q = state.rotor
         return np.asarray(q[self.index] + 1j * q[self.index + self.apart])
 
-    def _set(self, state: CyclicState, a: Complexes) -> None:
+    def put(self, state: CyclicState, a: Complexes) -> None:
         """Set the amplitudes of all waves in a state, after free motion."""
         state.rotor[self.index] = _flushed(a.real)
         state.rotor[self.index + self.apart] = _flushed(a.imag)
@@ -197,7 +197,7 @@ class FreeMotion:
             counter[slot] += len(ahead)
         steps = total - start.step
         counter[contact.STEP] += steps
-        self._set(state, a * np.exp(steps * self.log))
+        self.put(state, a * np.exp(steps * self.log))
 
     def _store(self, a: Complexes, start: Start, tracks: Tracks) -> None:
         """Write samples of the traces of a free motion; a : (samples, waves)."""
