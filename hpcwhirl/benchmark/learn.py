@@ -8,6 +8,7 @@ from dataclasses import replace
 from hpcwhirl.benchmark.bench import Asked, Timing, pattern, step_times, time_steps
 from hpcwhirl.campaign.plan.learned import Measured
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.input_names import Value
 from hpcwhirl.scene.schemes import DEFAULT, SCHEMES
 
 SIZES = (6, 22, 66)  # numbers of blades
@@ -44,7 +45,11 @@ def _kinds() -> Iterator[tuple[str, str, bool, int, Scene]]:
 
 def scene_of(blades: int, rotation: str, *, uneven: bool) -> Scene:
     """Return a scene to be timed, in which blades rub."""
-    settings = {"rotor.blades": blades, "rotation": rotation, "plan": "everything"}
+    settings: dict[str, Value] = {
+        "rotor.blades": blades,
+        "rotation": rotation,
+        "plan": "everything",
+    }
     settings |= {"modes": 5 * blades, **RUBS}
     if uneven:
         settings["mistuning"] = pattern(blades)
