@@ -233,6 +233,7 @@ SHAFT = text_of({
     "bearings": [{"station": i, "kxx": 1e7} for i in (0, 1)],
 }, "the shaft")  # fmt: skip
 SPEEDS, GAPS = "time,speed;0.0,300.0;1.0,310.0", "time,gap;0.0,1e-4;1.0,2e-4"
+LATER = {"rotation": "full", "lost_blade": 3, "lost_blade_time": 0.1}
 BROKEN = [  # of each rule, in their order: what breaks it alone, and how that is told
     ({"disk_radius": 0.6}, "engine.rotor: disk_radius must be < radius"),
     ({"mistuning": [0.1]}, "engine.rotor: mistuning must be [] or 22 numbers"),
@@ -291,6 +292,10 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"acceleration": 1.0, "revolutions": 9.0}, "revolutions must be 0 where the"),
     ({"acceleration": 1.0, "chaos": 50.0}, "output.chaos must be 0 where speed or gap"),
     ({"gap_closure": 1e-5, "history": "speed = 300.0"}, "history must be empty where"),
+    (LATER | {"chaos": 50.0}, "output.chaos must be 0 where a blade is lost"),
+    (LATER | {"history": "speed = 300.0"}, "history must be empty where a blade is"),
+    (LATER | {"until": "decided"}, "end or certain where a blade is lost during"),
+    ({"lost_blade_time": 0.1}, "lost_blade_time must be 0 where no blade is lost"),
     ({"offset": 1e-5, "history": "speed = 300.0"}, "where the casing is not round"),
     ({"acceleration": 1.0, "rotation": "auto"}, "engine.rotation must be none or full"),
     ({"acceleration": 1.0, "until": "decided"}, "solver.until must be end where"),
