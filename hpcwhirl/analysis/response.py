@@ -140,11 +140,11 @@ def steady_at(scene: Scene, speed: float) -> Steady:
 def _steady_at(scene: Scene, speed: float) -> Steady:
     case = resolve(apply_settings(scene, {"speed": speed}))
     own, model = case.reduced, case.model
-    places, swung = exact_steady(model, own)
-    back = swung.conj() / 2
+    found = exact_steady(model, own)
+    places, back = found.still, found.of(2).conj() / 2
     radial = model.places[0]
     wave = 2 / model.contacts * np.exp(1j * model.angles)
-    outward = places[radial] + np.abs(swung[radial])
+    outward = found.farthest()[radial]
     tips = np.arange(model.contacts) != own.engine.rotor.lost_blade
     reached = (outward - model.clearances(0.0))[tips]
     running = own.model_copy(update={"gap": case.clearance})

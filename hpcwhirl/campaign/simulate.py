@@ -32,6 +32,7 @@ from hpcwhirl.analysis.regimes import (
 from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.analysis.whirl import static_frame
 from hpcwhirl.case.coarser import longer_step
+from hpcwhirl.case.handover import TOLD as HANDED_OVER
 from hpcwhirl.case.limits import told_of_film
 from hpcwhirl.case.profile import told_of_profile
 from hpcwhirl.case.resolve import Case, resolve
@@ -436,6 +437,8 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     if row["free_growth"] > 0.0:
         rests = row["late_energy"] == 0.0 and row["late_contacts"] == 0
         notes.append(GROWS.format(row["free_growth"]) + UNDISTURBED * rests)
+    if scene.solver.flies and (why := resolve(scene).handed_over):
+        notes.append(HANDED_OVER + why)
     rotor = scene.engine.rotor
     if rotor.film_viscosity > 0.0 and row["centre_peak"] > rotor.film_clearance:
         notes.append(BEYOND_FILM)

@@ -110,11 +110,22 @@ def _settling(scene: Scene, plan: Plan) -> Note:
     )
 
 
+def _handing_over(why: str) -> Note:
+    return Note(
+        left_out="the jumps of scheme exact from contact to contact: scheme modal "
+        "integrates all steps",
+        why=why,
+        saves="nothing",
+    )
+
+
 def notes_of(case: Case) -> list[Note]:
     """Return a `Note` on each part of the model that a case's plan leaves out."""
     scene, plan, notes = case.given, case.plan, []
     if scene.solver.truncation > 0.0 and has_families(scene):
         notes.append(_truncation(case))
+    if case.handed_over:
+        notes.append(_handing_over(case.handed_over))
     if plan.growth > 0.0 and scene.solver.plan == "lean":
         notes.append(_growing(plan))
     if plan.folds > 1:

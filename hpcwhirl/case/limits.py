@@ -39,7 +39,6 @@ from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.scene.rules import MOST_STEPS, NO_BLADE
-from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
 MOST_KEPT = 32  # number of cached models, as in `reduction.model`
@@ -77,17 +76,13 @@ def check_limits(model: Model, scene: Scene) -> None:
 
 
 def check_points(model: Model, scene: Scene) -> None:
-    """Raise InputError if several points per tip do not suit scheme, law or gap.
+    """Raise InputError if several points per tip do not suit contact law or gap.
 
-    Scheme and contact law must allow several contact points, and the clearance of each
-    must not be negative.
+    The contact law must allow several contact points, and the clearance of each must
+    not be negative.
     """
     if model.rotor.points is None:
         return
-    solver, each = scene.solver, f"with {model.each} contact points a tip"
-    if not SCHEMES[solver.scheme].points:
-        able = " or ".join(f"'{one.name}'" for one in SCHEMES.values() if one.points)
-        raise InputError(f"scheme must be {able} {each}, got '{solver.scheme}'")
     law = scene.engine.casing.contact_law
     if law != RIGID:
         raise InputError(
@@ -151,8 +146,8 @@ def check_supports(model: Model, scene: Scene) -> None:
 
     The table of a bearing must include the speed. If supports differ by direction or
     have a film, they must be stiff in all directions, |k_d| < 1 / a with a the centre's
-    compliance at rest on the mean supports, dampers must not feed energy, |c_d| <= c,
-    and the scheme must allow such supports.
+    compliance at rest on the mean supports, and dampers must not feed energy, |c_d| <=
+    c.
     """
     spin, scheme = model.rotor.spin, scene.solver.scheme
     if spin is None:
@@ -166,14 +161,7 @@ def check_supports(model: Model, scene: Scene) -> None:
     hub = centre_rows(model.rotor, model.blades)[0]
     held = 1.0 / float((hub**2 / model.rotor.omega**2).sum()) + own.stiffness.real
     _check_directions(own, held, scene)
-    if not SCHEMES[scheme].stands:
-        able = " or ".join(f"'{one.name}'" for one in SCHEMES.values() if one.stands)
-        raise InputError(
-            "scheme must be " + able + " where supports differ by direction or have a "
-            "film (stiffness_difference, damping_difference, film_viscosity), got "
-            f"'{scheme}'"
-        )
-    if is_unbalanced(scene) and (told := _ellipse_refused(model, own, scheme)):
+    if is_unbalanced(scene) and (told := _ellipse_refused(own, scheme)):
         raise InputError(
             f"unbalance must be 0 {told}, and lost_blade {NO_BLADE}, got "
             f"{scene.unbalance} and {scene.engine.rotor.lost_blade}"
@@ -208,7 +196,7 @@ def _check_directions(own: Support, held: float, scene: Scene) -> None:
     )
 
 
-def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
+def _ellipse_refused(own: Support, scheme: str) -> str:
     """Return where an unbalance is refused on supports that make its orbit elliptic.
 
     The text is part of an error message; "": the unbalance is allowed.
@@ -218,8 +206,6 @@ def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
     where = "where supports differ by direction or have a film"
     if scheme == "paper":
         return f"with scheme paper {where}"
-    if not own.is_round and not model.rotor.cyclic:
-        return f"with unequal sectors {where}"
     if not own.is_round and own.film:
         return "where supports differ by direction and have a film"
     return ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from hpcwhirl.case.handover import handed_over
 from hpcwhirl.case.limits import check_limits, step_asked
 from hpcwhirl.case.plan import Marched, Plan, lean_of, plan_of
 from hpcwhirl.case.rotation_choice import with_rotation
@@ -64,6 +65,23 @@ class Case:
             if the model of these inputs cannot be computed in double precision
         """
         return self.own or model_of(self.reduced)
+
+    @cached_property
+    def handed_over(self) -> str:
+        """Why scheme `exact` hands the case over to `modal`; "": it does not."""
+        return handed_over(self.model, self.reduced)
+
+    @cached_property
+    def _by_scheme(self) -> Scene:
+        """The scene `reduced` with the scheme that integrates it."""
+        scene = self.reduced
+        name = "modal" if self.handed_over else scene.solver.scheme
+        slips = scene.friction_law != "constant" and law_of(scene) is not None
+        if slips and name == "modal":
+            name = "general"  # waves' coefficients hold for one friction only
+        if name == scene.solver.scheme:
+            return scene
+        return apply_settings(scene, {"scheme": name})
 
     @cached_property
     def step(self) -> float:
@@ -137,12 +155,13 @@ class Case:
                     f"got {self.given.gap:.6g}"
                 )
             settings["gap"] = self.clearance
-        return apply_settings(self.reduced, settings) if settings else self.reduced
+        own = self._by_scheme
+        return apply_settings(own, settings) if settings else own
 
     @cached_property
     def plan(self) -> Plan:
         """Which part of the model is integrated, and until when."""
-        return plan_of(self.reduced, self.model)
+        return plan_of(self._by_scheme, self.model)
 
     @cached_property
     def lean(self) -> Marched:
@@ -163,7 +182,8 @@ class Case:
     def cost(self) -> float:
         """Predicted computing time on one core, s, if the run goes to its end."""
         engine, name = self.given.engine, self.given.solver.scheme
-        if engine.rotation != "none" and law_of(self.given) is not None:
+        slips = self.given.friction_law != "constant"
+        if law_of(self.given) is not None and (slips or engine.rotation != "none"):
             name = "general"
         step = SCHEMES[name].step_seconds(
             engine.rotation, engine.rotor.blades, uneven=engine.rotor.is_uneven,

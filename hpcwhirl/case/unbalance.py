@@ -2,13 +2,14 @@
 
 In the rotating frame the force of an unbalance, m e Omega^2, is constant, and so is the
 rotor's response x_s to it. On supports that differ by direction the circle becomes an
-ellipse, in the rotating frame x_s = x_1 + Re(xi e^{2 i Omega t}). The kernels integrate
+ellipse, in the rotating frame x_s = x_1 + Re(xi e^{2 i Omega t}), and with unequal
+sectors a sum of further even harmonics, see `reduction.steady`. The kernels integrate
 the difference y = x - x_s, on which the force does not act: without contact it decays.
 The energy ledger and the words are those of y; gaps, tips and the orbit are those of x.
 
 A run begins on the circle if that leaves `CLEAR` of the gap at every blade, otherwise
-on x_s scaled down until it does, at rest in the rotating frame. If a blade is lost,
-whose pull at its root then vanishes, the run begins undeflected and at rest.
+on x_s scaled down until it does. If a blade is lost, whose pull at its root then
+vanishes, the run begins undeflected and at rest. `start_energy` adds a motion to it.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import Spin
 from hpcwhirl.reduction.numbers import zero_between
+from hpcwhirl.reduction.steady import Loads, Steady, steady_response
 from hpcwhirl.reduction.supports import CLOSED, Bearing, film_shares
-from hpcwhirl.reduction.waves import unbalance_response
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.rules import NO_BLADE
 
@@ -67,91 +68,110 @@ def released_moment(model: Model) -> complex:
     return complex(x, y)
 
 
-def circle(model: Model, scene: Scene) -> Floats | None:
-    """Return the rotor's steady displacement by unbalance without contact.
+def steady(model: Model, scene: Scene) -> Steady | None:
+    """Return the rotor's steady motion without contact; None for a balanced rotor.
 
-    It is None for a balanced rotor. On supports that differ by direction it is the
-    constant part x_1, to which `swing` is added.
-
-    Returns
-    -------
-    (n,), m, rotating frame, of the n coordinates of the rotor's matrices
+    On supports that are the same in all directions it is a circle, constant in the
+    rotating frame.
 
     Raises
     ------
     InputError
         at a critical speed without damping
     """
-    return _steady(model, scene)[0] if is_unbalanced(scene) else None
+    if not is_unbalanced(scene):
+        return None
+    speed, step = scene.speed, scene.solver.time_step
+    return _steady(model, force_of(scene), speed, step)
+
+
+def circle(model: Model, scene: Scene) -> Floats | None:
+    """Return the part of `steady` that is constant in the rotating frame, (n,), m.
+
+    It is in the n coordinates of the rotor's matrices; None for a balanced rotor.
+    """
+    found = steady(model, scene)
+    return None if found is None else found.still
 
 
 def swing(model: Model, scene: Scene) -> Complexes | None:
-    """Return the part of the steady motion by unbalance that turns at 2 Omega, (n,), m.
+    """Return the part of `steady` that turns at 2 Omega, (n,), m; None without one.
 
-    In the rotating frame the rotor moves by Re(xi e^{2 i Omega t}), xi the result,
-    about `circle`, in the same n coordinates. None if the rotor is balanced, or if the
-    supports are the same in all directions.
+    In the rotating frame it is Re(xi e^{2 i Omega t}), xi the result: with equal
+    sectors all that supports that differ by direction add to the circle.
     """
-    spin = model.rotor.spin
-    if not is_unbalanced(scene) or spin is None or spin.support.is_round:
-        return None
-    return _steady(model, scene)[1]
+    found = steady(model, scene)
+    return None if found is None or 2 not in found.orders else found.of(2)
 
 
 def steady_at(model: Model, scene: Scene, time: float) -> Floats:
-    """Return the rotor's steady displacement by unbalance at a time, s, (n,), m.
-
-    There is no contact. The rotating frame and the n coordinates are those of `circle`
-    and `swing`, from which it follows; it is 0 without an unbalance.
-    """
-    places, swung = circle(model, scene), swing(model, scene)
-    if places is None:
+    """Return the rotor's `steady` displacement at a time, s, (n,), m; 0 if balanced."""
+    found = steady(model, scene)
+    if found is None:
         return np.zeros(len(model.rotor.shapes))
-    if swung is None:
-        return places
-    return np.asarray(places + (swung * cmath.exp(2j * scene.speed * time)).real)
+    return found.at(scene.speed * time)
 
 
-def exact_steady(model: Model, scene: Scene) -> tuple[Floats, Complexes]:
-    """Return (circle, swing) of an unbalanced rotor without an error of time steps.
+def steady_rates(model: Model, scene: Scene, time: float) -> Floats:
+    """Return the rotor's steady velocity by unbalance at a time, s, (n,), m/s.
 
-    `swing` is 0 on supports that are the same in all directions. See `circle`, which
-    has the steady motion of the scene's scheme, for coordinates and errors.
+    It is (x_{n+1} - x_{n-1}) / 2 dt of `steady_at`.
     """
-    return _circle(model, force_of(scene), scene.speed, 0.0)
+    step = scene.solver.time_step
+    before, after = (steady_at(model, scene, time + d) for d in (-step, step))
+    return np.asarray((after - before) / (2.0 * step))
 
 
-def _steady(model: Model, scene: Scene) -> tuple[Floats, Complexes]:
-    speed, step = scene.speed, scene.solver.time_step
-    return _circle(model, force_of(scene), speed, step)
+def steady_start(model: Model, scene: Scene) -> tuple[Floats, Floats]:
+    """Return the motion with which an unbalanced rotor's run begins, (n,) each.
+
+    It is a displacement, m, and a velocity, m/s, in the coordinates of `circle`.
+    """
+    share = share_at_start(model, scene) if is_unbalanced(scene) else 0.0
+    each = (steady_at(model, scene, 0.0), steady_rates(model, scene, 0.0))
+    return share * each[0], share * each[1]
+
+
+def exact_steady(model: Model, scene: Scene) -> Steady:
+    """Return the `steady` motion of an unbalanced rotor without an error of steps."""
+    return _steady(model, force_of(scene), scene.speed, 0.0)
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _circle(
-    model: Model, force: complex, speed: float, step: float
-) -> tuple[Floats, Complexes]:
+def _steady(model: Model, force: complex, speed: float, step: float) -> Steady:
     spin = model.rotor.spin
     try:
         if spin is not None and spin.support.at(speed).film:
             found = _circle_in_film(model, spin, force, speed)
         else:
-            found = unbalance_response(model.rotor, model.blades, force, speed, step)
+            found = steady_response(
+                model.rotor, model.blades, _loads(model, force, speed), speed, step
+            )
     except np.linalg.LinAlgError:
-        found = np.array([np.inf]), np.zeros(1, dtype=np.complex128)
-    if not all(np.isfinite(part).all() for part in found):
+        found = Steady(np.zeros(1, int), np.full((1, 1), np.inf + 0j))
+    if not np.isfinite(found.shapes).all():
         raise InputError(
             f"unbalance must be 0 at speed {speed:.6g}, a critical speed without "
             "damping"
         )
-    for part in found:
-        part.flags.writeable = False
+    found.shapes.flags.writeable = False
     return found
 
 
-def _circle_in_film(
-    model: Model, spin: Spin, force: complex, speed: float
-) -> tuple[Floats, Complexes]:
-    """Return (circle, swing), the steady motion by unbalance, with a squeeze film.
+def _loads(model: Model, force: complex, speed: float) -> Loads:
+    """Return the loads of an unbalance, and of a lost blade, see `reduction.steady`.
+
+    force, speed : F_x + i F_y, N, rotating frame; Omega, rad/s
+    """
+    load = np.zeros(len(model.rotor.mass), dtype=complex)
+    load[2 * model.blades : 2 * model.blades + 2] = force.real, force.imag
+    if model.rotor.terms.released is not None:
+        load += speed**2 * model.rotor.terms.released
+    return {0: load}
+
+
+def _circle_in_film(model: Model, spin: Spin, force: complex, speed: float) -> Steady:
+    """Return the steady motion by unbalance with a squeeze film.
 
     The film's damping depends on the radius of the centre's circle, and is that at the
     radius that results.
@@ -162,14 +182,15 @@ def _circle_in_film(
     if isinstance(own, Bearing):  # refused beside a film
         raise TypeError(own)
 
-    def at(radius: float) -> tuple[Floats, Complexes]:
+    def at(radius: float) -> Steady:
         across = own.film * (film_shares(radius / own.clearance)[1] - 1.0)
         support = replace(own, damping=own.damping + across)
         turned = replace(model.rotor, spin=replace(spin, support=support))
-        return unbalance_response(turned, model.blades, force, speed)
+        loads = _loads(model, force, speed)
+        return steady_response(turned, model.blades, loads, speed)
 
     def miss(radius: float) -> float:
-        return abs(centre_of(model, at(radius)[0])) - radius
+        return abs(centre_of(model, at(radius).still)) - radius
 
     most = CLOSED * own.clearance
     if miss(most) > 0.0:
@@ -178,6 +199,16 @@ def _circle_in_film(
             f"would exceed {CLOSED:g} of it, which closes the squeeze film"
         )
     return at(zero_between(miss, 0.0, most, xtol=1e-15, rtol=1e-14))
+
+
+def centre_orbit(model: Model, scene: Scene, times: Floats) -> Complexes:
+    """Return the centre's `steady` displacement x_o + i y_o at times, s, (b,), m."""
+    found, hub = steady(model, scene), 2 * model.blades
+    if found is None:
+        return np.zeros(len(times), dtype=complex)
+    turns = np.exp(1j * scene.speed * np.outer(times, found.orders))
+    x, y = (turns @ found.shapes[:, hub : hub + 2]).real.T
+    return np.asarray(x + 1j * y)
 
 
 def centre_of(model: Model, places: Any) -> complex:
@@ -195,10 +226,10 @@ def reach_of(model: Model, scene: Scene) -> float:
     The tip of a lost blade is excluded; clearances of contact points in addition to the
     gap are subtracted.
     """
-    places, swung = circle(model, scene), swing(model, scene)
-    if places is None:
+    found = steady(model, scene)
+    if found is None:
         return 0.0
-    outward = places if swung is None else places + np.abs(swung)
+    outward = found.farthest()
     tips = np.arange(model.contacts) != scene.engine.rotor.lost_blade
     reached = outward[model.places[0]] - model.clearances(0.0)
     return float(reached[tips].max())
@@ -222,11 +253,10 @@ def share_at_start(model: Model, scene: Scene) -> float:
 
 def check_unbalance(model: Model, scene: Scene) -> None:
     """Raise InputError if unbalance alone moves tips to the amplitude limit."""
-    places = circle(model, scene)
-    if places is None:
+    found = steady(model, scene)
+    if found is None:
         return
-    swung = swing(model, scene)
-    sizes = np.abs(places) if swung is None else np.abs(places) + np.abs(swung)
+    sizes = found.sizes()
     tips = sizes[: 2 * model.blades].reshape(-1, 2)
     far = float(np.hypot(*tips.T).max())
     most = scene.solver.amplitude_limit * scene.engine.rotor.radius
@@ -261,17 +291,16 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
 
     None without an unbalance.
     """
-    places = circle(model, scene)
-    if places is None:
+    found = steady(model, scene)
+    if found is None:
         return None
-    centre = centre_of(model, places)
+    centre = centre_of(model, found.still)
     own = cmath.rect(scene.unbalance, scene.unbalance_phase)
     lost = released_moment(model)
     force = force_of(scene) + scene.speed**2 * lost
     lag = cmath.phase(force * centre.conjugate()) * math.copysign(1.0, scene.speed)
-    reach, swung = reach_of(model, scene), swing(model, scene)
-    room = room_of(scene)
-    back = 0j if swung is None else centre_of(model, swung.conj()) / 2
+    reach, room = reach_of(model, scene), room_of(scene)
+    back = centre_of(model, found.of(2).conj()) / 2
     return {
         "unbalance": abs(own + lost),
         "force": abs(force),

@@ -145,12 +145,15 @@ class March:
         scene = self.lean.scene
         free = NEVER < self.let_go <= self.steps
         self.wall = wall_of(self.lean.model, scene, released=free)
-        self.speed = scene.speed
+        self.speed, self.friction = scene.speed, friction_with_sign(scene)
         if self.schedule is None:
             return
         now = self.schedule.interval(self.steps)
         folds = self.lean.model.folds
-        self.speed = folds * now.first
+        self.speed, self.friction = (
+            folds * now.first,
+            friction_with_sign(scene, now.speed),
+        )
         self.wall = self.wall._replace(
             gap=now.gap, opening=now.opening, since=now.since,
             ahead=folds * now.ahead, bend=folds * now.bend,
@@ -516,7 +519,7 @@ class March:
             self._limit,
             scene.solver.time_step,
             self.speed,
-            friction_with_sign(scene),
+            self.friction,
             self.wall,
             *self.scheme.arrays,
             self.state,

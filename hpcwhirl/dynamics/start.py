@@ -14,6 +14,9 @@ of normal numbers y gives the amplitudes q = K^(-1/2) y, uniform in the metric o
 energy: half of it is strain energy in the mean, at all speeds. Beyond a critical speed,
 where K has a direction without stiffness, the shell has no end; the amplitudes are then
 those of the shell at rest, scaled to the energy.
+
+The motion is added to that with which the run would begin without it: an unbalanced
+rotor on its circle (`case.unbalance`). The energy is that about the circle.
 """
 
 from __future__ import annotations
@@ -29,6 +32,7 @@ import numpy as np
 from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.case.profile import departure_at_start
 from hpcwhirl.case.resolve import Case
+from hpcwhirl.case.unbalance import steady_start
 from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, gaps_of
 from hpcwhirl.dynamics.schemes.integrator import unfold
 from hpcwhirl.errors import InputError, shown
@@ -36,6 +40,7 @@ from hpcwhirl.reduction.families import family_ranks
 from hpcwhirl.reduction.model import MOST_KEPT, Model
 from hpcwhirl.reduction.modes import centre_rows, has_centre, stiffening_at
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.rules import NO_BLADE
 
 Name = tuple[str, str, str]  # body, family, nodal diameter
 BITS = 53  # number of random bits in a number between 0 and 1
@@ -63,21 +68,29 @@ def start_of(case: Case) -> Motion | None:
         raise InputError(msg + f"{scene.speed:g} rad/s, by centrifugal softening")
     scale = math.sqrt(scene.start_energy / unit)
     motion = unfold(model, Amplitudes(*(scale * part for part in found)))
-    _check_open(model, scene, motion)
-    return motion
+    first = case.before or case.whole  # before a blade is lost in the run
+    places, rates = steady_start(first.model, first.scene)
+    _check_open(first.model, first.scene, motion, places)
+    return motion._replace(
+        rotor=motion.rotor + places, rotor_velocity=motion.rotor_velocity + rates
+    )
 
 
-def _check_open(model: Model, scene: Scene, motion: Motion) -> None:
+def _check_open(model: Model, scene: Scene, motion: Motion, places: Floats) -> None:
     """Raise InputError if an initial displacement of the bodies closes a gap.
 
     motion : of all sectors
+    places : (n,), m, what is added to the rotor's displacement, of an unbalance
     """
     if scene.start_as != "both":
         return
     rest = model.clearances(scene.gap) + departure_at_start(scene, model.angles)
+    rest -= places[model.places[0]]
     moved = gaps_of(model, 0.0, motion.rotor, motion.casing, 0.0)
     moved -= model.clearances(0.0)
     closing = moved < 0.0
+    if scene.engine.rotor.lost_blade != NO_BLADE:
+        closing[scene.engine.rotor.lost_blade] = False
     if not (closing & (rest + moved < CLOSED * scene.gap)).any():
         return
     share = max(float((rest[closing] / -moved[closing]).min()), 0.0)

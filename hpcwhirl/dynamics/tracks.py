@@ -7,13 +7,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hpcwhirl.arrays import Complexes, Floats, Integers
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.growth import free_growth
 from hpcwhirl.case.limits import shortest_limits
 from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import law_of, speed_at
-from hpcwhirl.case.unbalance import centre_of, circle, swing
+from hpcwhirl.case.unbalance import centre_orbit
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Tracks
@@ -193,22 +193,12 @@ def _circle(march: Run, time: Floats) -> Floats:
         return march.tracks.evidence[: len(time), beside].copy()
     if law_of(march.scene) is not None:
         return np.zeros((len(time), 2))
-    z, before = _steady_centre(march.model, march.scene, time), march.case.before
+    z, before = centre_orbit(march.model, march.scene, time), march.case.before
     if before is not None:
         lost = march.lost_at * march.scene.solver.time_step
-        was = _steady_centre(before.model, before.scene, time)
+        was = centre_orbit(before.model, before.scene, time)
         z = np.where(time > (1.0 + 1e-12) * lost, z, was)
     return np.column_stack([z.real, z.imag])
-
-
-def _steady_centre(model: Model, scene: Scene, time: Floats) -> Complexes:
-    """Return the centre's motion by unbalance at times, s, (b,), rotating frame, m."""
-    places, swung = circle(model, scene), swing(model, scene)
-    z = np.full(len(time), 0j if places is None else centre_of(model, places))
-    if swung is not None:
-        back = centre_of(model, swung.conj()) / 2
-        z += back * np.exp(-2j * scene.speed * time)
-    return z
 
 
 def _blur(march: Run) -> tuple[float, float]:

@@ -189,6 +189,31 @@ def has_families(scene: Scene) -> bool:
         return file_model(*source, engine.rotor, rotation=engine.rotation).cyclic
 
 
+def is_cyclic(model: Model) -> bool:
+    """Return whether a model's rotor can be integrated as modes by nodal diameter.
+
+    Each mode is two waves, so that sectors must be equal, the casing
+    rigid or a ring of harmonics, and rotation must not couple modes. At least three
+    blades are needed, because with fewer, nodal diameter 1 has one phase but moves both
+    coordinates of the centre; the model of one of several sectors that move alike has
+    no centre, and may have fewer.
+    """
+    plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
+    plain = plain or model.rotor.spin is not None
+    return not plain and (model.blades > 2 or model.folds > 1)
+
+
+def has_waves(model: Model) -> bool:
+    """Return whether a model's rotor can be integrated as waves by nodal diameter.
+
+    It can with equal sectors and terms of rotation, except with fewer than three
+    blades, where nodal diameter 1 has both coordinates of the centre, and with a ring
+    of elements, which is not the same at every angle.
+    """
+    spin, alike = model.rotor.spin, not isinstance(model.ring, RingOperator)
+    return alike and spin is not None and bool(spin.waves)
+
+
 @lru_cache(maxsize=MOST_KEPT)
 def _model(
     rotor: Rotor,

@@ -503,56 +503,6 @@ def _soft_at(stiffness: Any, first: Any, second: Any) -> Floats:
     return np.sort(1 / np.sqrt(inverse[inverse > floor]))
 
 
-def unbalance_response(
-    model: ModalModel, blades: int, force: complex, speed: float, step: float = 0.0
-) -> tuple[Floats, Complexes]:
-    """Return the steady motion (x, xi) under an unbalance, (n,) each, m.
-
-    The motion is x + Re(xi e^{2 i Omega t}) in the rotating frame. On supports that are
-    equal in all directions xi = 0 and (K(Omega) + S) x = F: in the static frame the
-    rotor moves on a circle with the rotation. For a rigid rotor of mass m, z = m_u e
-    Omega^2 / (k - m Omega^2 + i c Omega). Otherwise its centre moves on an ellipse, z +
-    z_2 e^{-2 i Omega t}, with xi = -conj(beta) z Q^-1 (e_x + i e_y), beta = k_d - i
-    Omega c_d, Q the dynamic stiffness at 2 Omega; the reaction of z_2 on z acts like a
-    further stiffness at the centre.
-
-    Parameters
-    ----------
-    model : rotor with terms of rotation and a free centre; with equal sectors if xi is
-        not 0
-    blades : N
-    force : F_x + i F_y at the centre, N, in addition to that of a lost blade
-    speed : Omega, rad/s
-    step : dt, s; returns the steady motion of central differences; 0: the exact one
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        at a critical speed without damping
-    """
-    gyro, damping, stiffness, push = turning_matrices(model, speed, blades)
-    held, own = stiffness + push, model.terms.support.at(speed)
-    n, hub = len(held), np.s_[2 * blades : 2 * blades + 2]
-    load, aside = np.zeros(n), np.zeros(n, dtype=np.complex128)
-    load[hub] = force.real, force.imag
-    if model.terms.released is not None:
-        load += speed**2 * model.terms.released
-    if own.is_round:
-        return np.asarray(np.linalg.solve(held, load)), aside
-    half = speed * step
-    once = np.sin(2 * half) / step if step else 2 * speed
-    twice = (2 * np.sin(half) / step) ** 2 if step else once**2
-    aside[hub] = 1.0, 1.0j
-    dynamic = held + 1j * once * (damping + gyro) - twice * model.mass
-    swung = np.asarray(np.linalg.solve(dynamic, aside))
-    back = (swung[hub] @ [1.0, -1.0j]) / 2
-    beta = own.stiffness_apart - 1j * speed * own.damping_apart
-    given = (beta + 1j * once * own.damping_apart) * np.conj(beta) * back
-    held[hub, hub] -= planar(complex(given))
-    places = np.asarray(np.linalg.solve(held, load))
-    return places, -np.conj(beta) * complex(places[hub] @ [1.0, 1.0j]) * swung
-
-
 def stiff_up_to(model: ModalModel, blades: int) -> float:
     """Return the speed, rad/s, at which softening cancels the stiffness of the blades.
 

@@ -1,7 +1,6 @@
 """Tables of the laws of contact and of friction between blade tips and casing.
 
-A scheme that cannot integrate a law is refused. The kernels' arguments of a contact law
-are made in `dynamics.bodies.operators`.
+The kernels' arguments of a contact law are made in `dynamics.bodies.operators`.
 """
 
 from __future__ import annotations
@@ -10,9 +9,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
-
-from hpcwhirl.scene.schemes import NAMES as SCHEMES
-from hpcwhirl.scene.schemes import STEPWISE, either
 
 RIGID = "rigid"
 
@@ -25,12 +21,10 @@ class ContactLaw:
     ----------
     name : value of casing.contact_law
     meaning : explanation for users
-    schemes : names of the schemes that can integrate the law
     """
 
     name: str
     meaning: str
-    schemes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -59,12 +53,11 @@ def stribeck(kinetic: float, at_rest: float, decay: float, speed: float) -> floa
 
 
 _TABLE = (
-    ContactLaw(RIGID, "tips do not penetrate the casing", SCHEMES),
-    ContactLaw("abradable", "a layer of plastic rods on the casing wears", STEPWISE),
+    ContactLaw(RIGID, "tips do not penetrate the casing"),
+    ContactLaw("abradable", "a layer of plastic rods on the casing wears"),
     ContactLaw(
         "archard",
         "the casing wears in proportion to normal force and sliding distance",
-        STEPWISE,
     ),
 )
 _FRICTION = (
@@ -96,23 +89,3 @@ def rods_around(edge: Any, radius: Any, rods: Any) -> Any:
     rods : number of rods under one edge. All are scalars or (cases,), as M is
     """
     return (2 * math.pi * radius * rods / edge + 0.5) // 1
-
-
-def is_known(law: Any, scheme: Any) -> Any:
-    """Return whether a scheme can integrate a contact law: a bool, or (cases,).
-
-    law, scheme : names of the law and of the scheme, or arrays of names, (cases,)
-    """
-    found: Any = False
-    for one in _TABLE:
-        for name in one.schemes:
-            found = found | ((law == one.name) & (scheme == name))
-    return found
-
-
-def refused(law: str, scheme: str) -> str:
-    """Return the error message for a scheme that cannot integrate a contact law."""
-    return (
-        f"scheme must be {either(LAWS[law].schemes)} where casing.contact_law is "
-        f"{law}, got '{scheme}'"
-    )

@@ -15,7 +15,6 @@ from hpcwhirl.errors import (
     MissingFileError,
     as_table,
     one_line,
-    say,
     shown,
     unknown,
 )
@@ -37,7 +36,6 @@ from hpcwhirl.scene.plain_data import (
     scene_from,
 )
 from hpcwhirl.scene.quantities import INPUTS
-from hpcwhirl.scene.rules import CHANGING
 from hpcwhirl.scene.shaft_tables import REFUSED, SUFFIXES, UNEQUAL, parsed, text_of
 from hpcwhirl.scene.swept import KEYS
 from hpcwhirl.scene.table_files import utf_8
@@ -111,55 +109,11 @@ def scene_of_document(
             raise InputError(f"[scene] {table}: write it as the table [{table}]")
         if table in document:
             data[table] = document[table]
-    data = _ended(document, data, settings or {})
     if isinstance(data.get("engine"), Mapping):
         data["engine"] = _placed(data["engine"], folder)
     scene = _set(data, preset_in(document), settings or {})
     check_label(scene)
     return scene
-
-
-def _ended(
-    document: Mapping[str, Any], data: dict[str, Any], settings: Mapping[str, Value]
-) -> dict[str, Any]:
-    """Return the inputs of a file with ``until = "decided"`` replaced where it must.
-
-    A run in which speed or gap changes in time ends at its time; a line on stderr tells
-    that. Files of `hpcwhirl new` have "decided".
-
-    document, data, settings : as for `scene_of_document`; inputs of [scene] and the
-        other tables in it
-    """
-    solver = data.get("solver")
-    named = {name.rpartition(".")[2]: value for name, value in settings.items()}
-    if (
-        not isinstance(solver, Mapping)
-        or named.get("until", solver.get("until")) != "decided"
-        or "until" in named
-    ):
-        return data
-    given = {**data, **named}
-    changing = [
-        name for name, none in CHANGING.items() if given.get(name, none) != none
-    ]
-    changing += [name for name in _listed(document) if name in CHANGING]
-    if not changing:
-        return data
-    why = f"with {changing[0]}, speed or gap changes in time"
-    say(f'solver.until = "decided" gives way to "end": {why}')
-    return {**data, "solver": {**solver, "until": "end"}}
-
-
-def _listed(document: Mapping[str, Any]) -> list[str]:
-    """Return the last parts of the names of inputs in the tables that list cases."""
-    tables = [document.get(name) for name in (*KEYS, "sample")]
-    rows = [row for t in tables for row in (t if isinstance(t, list) else [t])]
-    return [
-        str(name).rpartition(".")[2]
-        for row in rows
-        if isinstance(row, Mapping)
-        for name in row
-    ]
 
 
 def _set(

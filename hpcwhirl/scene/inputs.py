@@ -6,6 +6,7 @@ Each field of a class is an input: its default, unit, meaning, symbol and limits
 from __future__ import annotations
 
 from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, ValidationError
@@ -14,7 +15,7 @@ from hpcwhirl.scene import contact_laws
 from hpcwhirl.scene.engine_parts import Engine
 from hpcwhirl.scene.history import checked
 from hpcwhirl.scene.kept_tables import table_over_time
-from hpcwhirl.scene.rules import OF_SCENE, end_time
+from hpcwhirl.scene.rules import LASTS, OF_SCENE, end_time, last_end
 from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SCHEMES, SchemeName
 from hpcwhirl.scene.table_model import Finite, Inputs, Label, NonNegative, Positive
 from hpcwhirl.scene.units import given
@@ -56,7 +57,7 @@ class Solver(Inputs):
         "when a run ends; end: after its duration; certain: (scheme modal) as soon as "
         "its word is proved; decided: after its duration, but an undecided case is "
         "continued to twice its time, repeatedly, until it is decided or has reached "
-        "`longest`")
+        "`longest`; where speed or gap change in time, `decided` is `end`")
     longest: Positive = given(20.0, "s",
         "with until = decided: largest engine time of a case; not below duration")
     estimate: Literal["none", "step"] = given("none", "1",
@@ -241,16 +242,20 @@ class Scene(Inputs, metaclass=_Told):
         40 % of the run, does not overlap the window of an earlier word.
         """
         times = [self.end_time]
-        if self.solver.until == "decided":
-            while times[-1] < self.solver.longest:
-                times.append(min(2.0 * times[-1], self.solver.longest))
+        last = last_end(*attrgetter(*LASTS)(self))
+        while times[-1] < last:
+            times.append(min(2.0 * times[-1], last))
         return tuple(times)
 
     @property
     def coefficient(self) -> float:
         """Coefficient of friction where tips slide at |Omega| R, by `friction_law`."""
+        return self.coefficient_at(self.speed)
+
+    def coefficient_at(self, speed: float) -> float:
+        """Return the coefficient of friction at a speed, rad/s."""
         law = contact_laws.FRICTION[self.friction_law]
-        sliding = self.speed * self.engine.rotor.radius
+        sliding = speed * self.engine.rotor.radius
         own = self.friction, self.friction_at_rest, self.friction_speed
         return float(law.coefficient(*own, sliding))
 

@@ -1,4 +1,4 @@
-"""Warnings about valid inputs whose values look as if given in another unit.
+"""Warnings about valid inputs: of another unit, or without effect in this scene.
 
 Each warning is evaluated on the columns of a campaign's table, without a scene per
 case, and is one line, for any number of cases.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from hpcwhirl.scene.batch_validation import Columns, Condition, Many, end_times
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.quantities import INPUTS
+from hpcwhirl.scene.rules import CHANGING
 from hpcwhirl.scene.table import Table
 
 MOST_FRICTION = 1.0  # largest coefficient without a warning; dry metals: 0.1 to 0.8
@@ -46,6 +48,11 @@ def _has_section(get: Columns) -> Any:
 
 def _is_beams(get: Columns) -> Any:
     return np.equal(get("engine.file"), "")
+
+
+def _is_changing(get: Columns) -> Any:
+    parts = (np.not_equal(get(name), usual) for name, usual in CHANGING.items())
+    return reduce(np.logical_or, parts)
 
 
 def _too_small(name: str, least: float, where: Condition, remedy: str) -> _Remark:
@@ -156,6 +163,12 @@ _REMARKS = (
         ),
         lambda get: f"speed_to is {get('speed_to'):g} rad/s, but acceleration is 0: "
         "the speed does not go there",
+    ),
+    _Remark(
+        ("solver.until", *CHANGING),
+        lambda get: np.equal(get("solver.until"), "decided") & _is_changing(get),
+        lambda _: 'solver.until = "decided" gives way to "end" where speed or gap '
+        "changes in time",
     ),
     _Remark(
         ("pulse", "force", "duration", "revolutions", "speed", "engine.casing.kind"),

@@ -16,9 +16,9 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from hpcwhirl.errors import shown
-from hpcwhirl.scene.contact_laws import RIGID, is_known, refused, rods_around
+from hpcwhirl.scene.contact_laws import RIGID, rods_around
 from hpcwhirl.scene.kept_tables import kept_rows
-from hpcwhirl.scene.schemes import STEPWISE, TURNING, either
+from hpcwhirl.scene.schemes import MODAL, either
 from hpcwhirl.scene.shaft_tables import WORDS
 
 AS_THE_REST = -1.0  # value of a damping ratio for "the ratio of the other modes"
@@ -38,10 +38,14 @@ WHOLE = (  # (input of a rotor, value that it must have unless rotation is full)
     ("lost_blade", NO_BLADE),
     ("bearing", ""),
 )
-# inputs from which `last_end` follows
-LASTS = ("duration", "revolutions", "speed", "solver.until", "solver.longest")
 # inputs by which speed or gap change in time, and their values where they do not
-CHANGING = {"acceleration": 0.0, "speed_table": "", "gap_closure": 0.0, "gap_table": ""}
+CHANGING: dict[str, Any] = {
+    "acceleration": 0.0, "speed_table": "", "gap_closure": 0.0, "gap_table": "",
+}  # fmt: skip
+# inputs from which `last_end` follows
+LASTS = (
+    "duration", "revolutions", "speed", "solver.until", "solver.longest", *CHANGING
+)  # fmt: skip
 SPEED = ("acceleration", "speed_table")  # inputs by which the speed changes
 # inputs that set the time step: a given one is used, and judged, if accuracy is 0;
 # else `case.limits` judges the step that accuracy chooses
@@ -107,16 +111,17 @@ def end_time(duration: Any, revolutions: Any, speed: Any) -> Any:
         return np.where(turns, angle / np.abs(np.asarray(speed, dtype=float)), duration)
 
 
-def last_end(
-    duration: Any, revolutions: Any, speed: Any, until: Any, longest: Any
-) -> Any:
+def last_end(*given: Any) -> Any:
     """Return the latest simulated time, s, at which a case may end, by its inputs.
 
     It is `end_time`, or with `until` = "decided" the input `longest`, s, if that is
-    later. All are scalars or (cases,).
+    later, unless speed or gap change in time.
+
+    given : the inputs `LASTS`, scalars or (cases,)
     """
+    duration, revolutions, speed, until, longest = given[:5]
     end = end_time(duration, revolutions, speed)
-    longer = (until == "decided") & (end < longest)
+    longer = (until == "decided") & (end < longest) & _unchanged(*given[5:])
     return choose(longer, longest, end)
 
 
@@ -247,10 +252,13 @@ CLAMPED = Unless("where centre is clamped", ("centre",), _is_not("clamped"))
 BY_TABLE = Unless("with a bearing", ("bearing",), _is(""))
 AT_REST = Unless("where rotation is none", ("rotation",), _is_not("none"))
 FROM_FILE = Unless("with a rotor from file", ("file",), _is(""))
-STEADY = Unless("where the speed changes", SPEED, _constant)
-STEADY_TOLD = STEADY._replace(told=f"{STEADY.told} ({', '.join(SPEED)})")
-STILL = Unless("where speed or gap change in time", (*CHANGING,), _unchanged)
-STILL_TOLD = STILL._replace(told=f"{STILL.told} ({', '.join(CHANGING)})")
+STEADY_TOLD = Unless(
+    f"where the speed changes ({', '.join(SPEED)})", SPEED, _constant
+)  # fmt: skip
+STILL_TOLD = Unless(
+    f"where speed or gap change in time ({', '.join(CHANGING)})", (*CHANGING,),
+    _unchanged,
+)  # fmt: skip
 WHOLE_RUN = Unless("where a blade is lost during the run (lost_blade_time)",
     ("lost_blade_time",), lambda time: time == 0.0)  # fmt: skip
 LAW = "engine.casing.contact_law"
@@ -363,19 +371,15 @@ OF_SCENE = (
         lambda rate, table, rotation: _constant(rate, table) | (rotation != "auto"),
         lambda *_:
             "engine.rotation must be none or full where the speed changes, got auto"),
-    must_be("end", "solver.until", STEADY, got=str),
-    Rule((*CHANGING, "solver.until"),
-        lambda *given: (given[-1] != "decided") | _unchanged(*given[:-1]),
-        lambda *_:
-            "solver.until must be end or certain where the gap changes, got decided"),
+    Rule((*SPEED, "solver.until"),
+        lambda rate, table, until: _constant(rate, table) | (until != "certain"),
+        lambda *_: "solver.until must be end or decided where the speed changes, got "
+            "certain"),
     must_be(0, "acceleration", Unless("with a speed_table", SPEED[1:], _is(""))),
     must_be(0, "gap_closure", Unless("with a gap_table", ("gap_table",), _is(""))),
     _begins_at("speed"),
     _begins_at("gap"),
-    _scheme_of(STEPWISE, STILL),
-    _scheme_of(STEPWISE, Unless("where a casing is let go (profile_release)",
-        ("engine.casing.profile_release",), _is(0.0))),
-    _scheme_of(TURNING, Unless("where the speed changes and engine.rotation is full",
+    _scheme_of(MODAL, Unless("where the speed changes and engine.rotation is full",
         (*SPEED, "engine.rotation"),
         lambda rate, table, rotation: _constant(rate, table) | (rotation == "none"))),
     Rule(("acceleration", "ramp", "speed", "speed_to"),
@@ -385,7 +389,6 @@ OF_SCENE = (
         lambda kind, by, elements, harmonics, lobes:
             (kind != "ring") | (lobes <= _most_lobes(by, elements, harmonics)),
         _lobes_refused),
-    Rule((LAW, "solver.scheme"), is_known, refused),
     Rule((LAW, "engine.casing.layer_edge", "engine.rotor.radius",
          "engine.rotor.blades"),
         lambda law, edge, radius, blades:
@@ -409,7 +412,6 @@ OF_SCENE = (
             f"tip moves by layer_edge, got {step}")),
     must_be(0, "output.chaos", NO_LAYER),
     must_be("", "history", NO_LAYER, so=", so no [branch],"),
-    must_be("constant", "friction_law", STEADY_TOLD),
     must_be("speed", "gap_at", Unless(
         "where engine.rotation is none, in which tips do not grow",
         ("engine.rotation",), _is_not("none")), got=str),
@@ -418,10 +420,6 @@ OF_SCENE = (
         ("engine.rotation",), _is_not("none"))),
     must_be(0, "unbalance", Unless("where engine.rotor.centre is clamped",
         ("engine.rotor.centre",), _is_not("clamped"))),
-    must_be(0, "start_energy", Unless(
-        "with an unbalance or a lost blade, which set the initial motion",
-        ("unbalance", "engine.rotor.lost_blade", "lost_blade_time"),
-        lambda load, lost, time: (load == 0.0) & ((lost == NO_BLADE) | (time > 0.0)))),
     Rule(("revolutions", "speed"),
         lambda revolutions, speed: (revolutions <= 0) | (speed != 0),
         lambda *_: "revolutions must be 0 where speed is 0, got revolutions > 0"),

@@ -88,12 +88,9 @@ class Scheme:
     settles : whether the rest of a run may be computed in closed form after a
         certificate that no contact can recur
     flies : whether the scheme jumps over steps in which no blade can touch
-    cyclic : whether the scheme always uses the kernel for equal sectors, and refuses
-        other models
+    cyclic : whether the scheme always uses the kernel for equal sectors, and hands
+        other models over to `modal`
     matrices : whether it integrates coordinates with M, D and K instead of modes
-    stands : whether supports may differ by direction in the static frame, or have a
-        squeeze film
-    points : whether tips may have several contact points
     turns : s, like `nominal`, with engine.rotation = "full" or "auto"
     times : how the time of a step depends on contact and blades, for equal sectors
     """
@@ -107,8 +104,6 @@ class Scheme:
     flies: bool = False
     cyclic: bool = False
     matrices: bool = False
-    stands: bool = True
-    points: bool = True
     turns: float = 0.0
     times: StepTimes = BY_MODES
 
@@ -147,8 +142,8 @@ _TABLE = (
     ),
     Scheme(
         "exact", "exact motion of modes without contact, jumps to the next contact",
-        math.inf, 0.24e-6, folds=True, flies=True, cyclic=True, stands=False,
-        points=False, turns=0.35e-6, times=FLYING,
+        math.inf, 0.24e-6, folds=True, flies=True, cyclic=True,
+        turns=0.35e-6, times=FLYING,
     ),
     Scheme(
         "general",
@@ -163,8 +158,7 @@ _TABLE = (
 )  # fmt: skip
 SCHEMES = {scheme.name: scheme for scheme in _TABLE}
 NAMES = tuple(SCHEMES)
-STEPWISE = tuple(scheme.name for scheme in _TABLE if not scheme.flies)
-TURNING = tuple(s.name for s in _TABLE if not (s.flies or s.matrices))
+MODAL = tuple(scheme.name for scheme in _TABLE if not scheme.matrices)
 if TYPE_CHECKING:
     SchemeName = str
 else:

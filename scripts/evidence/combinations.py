@@ -46,8 +46,8 @@ FEATURES: dict[str, dict[str, Any]] = {
                           "rotor.centre_stiffness": 3e8},
     "mistuned": {"mistuning": [0.02 * float(np.sin(7.0 * j)) for j in range(11)]},
     "unlike supports": FULL | {"stiffness_difference": 5e6},
-    "film": FULL | {"film_viscosity": 0.01, "film_length": 0.03, "film_radius": 0.05,
-                    "film_clearance": 2e-4},
+    "film": FULL | {"film_viscosity": 0.01, "film_length": 0.1, "film_radius": 0.15,
+                    "film_clearance": 1e-3},  # beyond the circle of a lost blade
     "cross-coupling": FULL | {"cross_coupling": 1e5},
     "tilt": FULL | {"shaft": "cantilever"},
     "run-up": {"acceleration": 100.0},

@@ -5,8 +5,8 @@ import errno
 import json
 import math
 import os
-from contextlib import nullcontext
 
+import numpy as np
 import pytest
 
 import hpcwhirl
@@ -15,7 +15,7 @@ from hpcwhirl.case.fan import FANS, Fan, scene_of_fan
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.cli.new import RPM
-from hpcwhirl.cli.options import scene_of
+from hpcwhirl.cli.options import scene_of, tell_remarks
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import modal_table
 from hpcwhirl.reduction.growth import stability
@@ -148,14 +148,11 @@ def test_the_file_goes_through_model_and_campaign(tmp_path, monkeypatch, capsys)
 @pytest.mark.parametrize(
     ("added", "told"),
     [
-        ("acceleration = -60\nspeed_to = 100", "with acceleration, speed or gap"),
-        ("gap_closure = 1e-4\ngap_time = 0.1", "with gap_closure, speed or gap"),
-        (
-            'speed_table = "time,speed;0,444.430640727836;2,300"',
-            "with speed_table, speed or",
-        ),
-        ('gap_table = "time,gap;0,0.8e-3;2,0.5e-3"', "with gap_table, speed or gap"),
-        ("unbalance = 1e-3", ""),
+        ("acceleration = -60\nspeed_to = 100", True),
+        ("gap_closure = 1e-4\ngap_time = 0.1", True),
+        ('speed_table = "time,speed;0,444.430640727836;2,300"', True),
+        ('gap_table = "time,gap;0,0.8e-3;2,0.5e-3"', True),
+        ("unbalance = 1e-3", False),
     ],
 )
 def test_a_study_can_be_added_to_the_file(tmp_path, capsys, added, told):
@@ -164,12 +161,10 @@ def test_a_study_can_be_added_to_the_file(tmp_path, capsys, added, told):
     path.write_text(text.replace("\n[engine]", f"\n{added}\n[engine]", 1))
     capsys.readouterr()
     scene = scene_of(str(path), [])
-    assert scene.solver.until == ("end" if told else "decided")
-    err = capsys.readouterr().err
-    assert told in err
-    assert err.count("gives way") == bool(told)
-    with pytest.raises(InputError, match="until must be") if told else nullcontext():
-        scene_of(str(path), ["until=decided"])
+    assert scene.end_times[0] == scene.duration
+    assert (len(scene.end_times) == 1) == told
+    tell_remarks(scene)
+    assert capsys.readouterr().err.count("gives way") == told
 
 
 def test_a_sweep_over_run_ups_can_be_added_to_the_file(tmp_path, capsys):
@@ -177,7 +172,10 @@ def test_a_sweep_over_run_ups_can_be_added_to_the_file(tmp_path, capsys):
     text = path.read_text().partition("\n[sweep]")[0]
     path.write_text(f"{text}\n[sweep]\nacceleration = [-10, 0, 10]\n")
     design = load_design(path, {})
-    assert {scene.solver.until for scene in design.scenes} == {"end"}
+    assert [len(scene.end_times) == 1 for scene in design.scenes] == [True, False, True]
+    ends = np.concatenate(list(design.columns.last_ends()))
+    assert ends.tolist() == [scene.end_times[-1] for scene in design.scenes]
+    tell_remarks(design.columns)
     assert "gives way to" in capsys.readouterr().err
 
 

@@ -145,13 +145,11 @@ def test_without_contact_the_rotor_comes_to_its_circle():
     assert GAP > 0.0
 
 
-def test_exact_refuses_and_a_command_says_where_it_is(capsys):
+def test_a_command_says_where_the_circle_is(capsys):
     given = ["--set", "rotation=full", "--set", "lost_blade=1"]
     assert main(["run", *given]) == 2
     assert "amplitude_limit must be > 0." in capsys.readouterr().err
     given += ["--set", "amplitude_limit=0.3"]
-    assert main(["run", *given, "--set", "scheme=exact"]) == 2
-    assert "three or more equal blades" in capsys.readouterr().err
     assert main(["inputs", "blade-off"]) == 2
     assert "lost_blade" in capsys.readouterr().err
     small = ["--set", "blades=5", "--set", "modes=10", "--set", "harmonics=4"]

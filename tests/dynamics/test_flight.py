@@ -5,6 +5,7 @@ import pytest
 from alike import assert_alike, assert_same_in_parts
 
 from hpcwhirl.campaign.simulate import result_of
+from hpcwhirl.case.explain import notes_of
 from hpcwhirl.case.profile import departure, shape_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.bodies.timestep import central_differences, exact_flow
@@ -275,18 +276,38 @@ def test_flights_between_two_cuts_of_a_run_give_the_same_bits(rotation):
         assert march.counter[contact.JUMPS] > 10
 
 
+def test_exact_says_what_it_cannot_do():
+    with pytest.raises(InputError, match="scheme exact needs modes that oscillate"):
+        March(resolve(scene(**{"engine.casing.support_frequency": 0.0})))
+
+
 @pytest.mark.parametrize(
-    "settings",
+    ("settings", "told"),
     [
-        {"discretization": "elements"},
-        {"blades": 2, "modes": 10},
-        {"engine.rotor.damping": 1.0},
-        {"engine.casing.support_frequency": 0.0},
+        ({"discretization": "elements", "casing.elements": 40}, "equal blades in a"),
+        ({"blades": 2, "modes": 10}, "three or more equal blades"),
+        ({"engine.rotor.damping": 1.0}, "damping < 1"),
+        ({"acceleration": 50.0}, "speed or gap change"),
+        ({"gap_closure": 1e-5, "gap_time": 1e-3}, "speed or gap change"),
+        ({"contact_law": "archard"}, "the casing wears"),
+        ({"profile": "harmonic,amplitude,phase;2,2e-5,0", "profile_release": 1e-3},
+         "a casing is let go"),
+        ({"rotation": "full", "stiffness_difference": 1e6}, "supports differ"),
+        ({"rotation": "full", "film_viscosity": 0.01}, "or have a film"),
+        ({"mistuning": [0.01] + 21 * [0.0]}, "equal blades"),
     ],
-)
-def test_exact_says_what_it_cannot_do(settings):
-    with pytest.raises(InputError, match="scheme exact"):
-        March(resolve(scene(**settings)))
+)  # fmt: skip
+def test_where_exact_does_not_hold_it_is_modal_to_the_bit(settings, told):
+    short = settings | {"duration": 2e-4, "time_step": 1e-6}
+    case, same = (resolve(scene(**short, scheme=s)) for s in ("exact", "modal"))
+    assert told in case.handed_over
+    assert same.handed_over == ""
+    assert told in notes_of(case)[0]["why"]
+    a, b = March(case), March(same)
+    a.advance(100)
+    b.advance(100)
+    for one, other in zip(a.state, b.state, strict=True):
+        assert np.array_equal(one, other)
 
 
 @pytest.mark.parametrize("rotation", ROTATIONS)

@@ -15,6 +15,7 @@ from scenes import BASE, CYCLIC, ROWS, TABLE, Scenes
 
 from hpcwhirl.case import speed
 from hpcwhirl.case.profile import departure, shape_of
+from hpcwhirl.case.unbalance import steady_at
 from hpcwhirl.dynamics.kernels import contact
 
 CLEAR = {"gap": 0.05}
@@ -228,6 +229,10 @@ ORACLE = {
     "run-up, rotation": "general",
     "run-up, rotation, shaft": "general",
     "start, run-up": "general",
+    "start, unbalance, run-up": "general",
+    "start, unbalance, unlike supports": "general",
+    "unequal, unlike supports, unbalance": "general",
+    "lost blade, unlike supports": "general",
 }  # `paper` refuses these
 
 
@@ -286,16 +291,25 @@ def test_the_error_of_free_motion_is_of_second_order_or_none(
 
 
 # an initial motion, a shape let go, a blade lost and Euler's force set in motion
-# on an ellipse, where supports are unlike beside an unbalance, it moves
-@asked("start", "let go", "run-up, rotation", "lost blade", "supports, unbalance")
+@asked("start", "let go", "run-up, rotation", "lost blade")
 def test_rest_stays_rest(scenes, name, scheme):
     """On its circle, where there is an unbalance."""
     quiet = {"force": 0.0, "duration": 1e-3}
-    history = scenes.march(name, scheme, **quiet, **CLEAR).run()
+    march = scenes.march(name, scheme, **quiet, **CLEAR)
+    history = march.run()
     assert history.contacts == 0
     moved = history.tips - history.tips[:1]
+    if "run" not in name:
+        moved = history.tips - steady_tips(march, history)
     assert np.abs(moved).max() <= 1e-9 * np.abs(history.tips).max()
     assert history.ledger["friction"] == 0.0
+
+
+def steady_tips(march, history):
+    """Return the tips' motion without contact by an unbalance, (n, N, 2), m."""
+    places = np.stack(march.model.places, axis=-1)
+    moved = [steady_at(march.model, march.scene, t)[places] for t in history.time]
+    return np.array(moved)
 
 
 @asked("one blade fewer", "equal")

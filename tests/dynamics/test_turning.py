@@ -136,7 +136,9 @@ def test_waves_move_and_are_booked_as_the_modes_that_they_are_made_of(name):
 def test_waves_of_many_blades_open_gaps_as_the_whole_rotor_does():
     """W is circulant and, but for rotation and friction, would be symmetric."""
     march = march_of(blades=22, modes=110, friction=0.2, scheme="modal")
-    whole = rotor_compliance(march.model, march.scene)[:, 0]
+    whole = rotor_compliance(march.model, march.scene, friction_with_sign(march.scene))[
+        :, 0
+    ]
     rigid = march_of(blades=22, modes=110, friction=0.2, scheme="modal", kind="rigid")
     column = rigid.scheme.arrays.contact.column
     assert column == pytest.approx(whole, abs=1e-12 * whole[0])
@@ -401,8 +403,6 @@ def growth_of(given, step):
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({"mistuning": [1e-3, 0.0, 0.0, 0.0, 0.0]}, "three or more equal blades"),
-        ({"casing__damping": 1.0}, "needs damping < 1 in every mode"),
         ({**CRITICAL, "damping": 1.0 - 1e-15}, "two waves of the rotor"),
     ],
 )

@@ -93,6 +93,14 @@ TABLE = {  # scene: what is set, the schemes that march it
         FULL | {"stiffness_difference": 1.2e7, "unbalance": 5e-3},
         ("modal",),
     ),
+    "unequal, unlike supports, unbalance": (
+        FULL | UNEQUAL | {"stiffness_difference": 1.2e7, "damping_difference": 1200.0,
+                          "unbalance": 5e-3},
+        ("modal",),
+    ),
+    "lost blade, unlike supports": (
+        FULL | {"lost_blade": 2, "stiffness_difference": 1.2e7}, ("modal",),
+    ),
     "bearing": (FULL | {"bearing": ("3.4e7", "3.0e7")}, ("modal",)),
     "bearing alike": (FULL | {"bearing": ("3.4e7", "3.4e7")}, CYCLIC),
     "cross-coupling": (FULL | {"cross_coupling": 1e6}, CYCLIC),
@@ -150,7 +158,19 @@ TABLE = {  # scene: what is set, the schemes that march it
     "layer, run-up": (SOFT | {"acceleration": 2000.0}, ("modal",)),
     "layer, elements": (ELEMENTS | SOFT, ("modal",)),
     "stribeck": ({"friction_law": "stribeck", "friction_speed": 80.0}, CYCLIC),
+    "stribeck, run-up": (
+        {"friction_law": "stribeck", "friction_speed": 80.0, "acceleration": 2000.0},
+        ("modal", "paper"),
+    ),
     "start": (START, CYCLIC),
+    "start, unbalance": (FULL | START | {"unbalance": 5e-3}, ALL),
+    "start, lost blade": (FULL | START | {"lost_blade": 2}, ("modal", "general")),
+    "start, unbalance, unlike supports": (
+        FULL | START | {"unbalance": 5e-3, "stiffness_difference": 1.2e7}, ("modal",),
+    ),
+    "start, unbalance, run-up": (
+        FULL | START | {"unbalance": 5e-3, "acceleration": 2000.0}, ("modal",),
+    ),
     "start, run-up": (FULL | START | {"acceleration": 2000.0}, ("modal",)),
     "gap at rest": (FULL | {"gap_at": "rest", "gap": 1.4e-4}, CYCLIC),
 }  # fmt: skip

@@ -290,7 +290,8 @@ def _nominal(get: Columns, share: float) -> Any:
     uneven = (changes > 0) | (lost != NO_BLADE)
     moving = np.not_equal(get("acceleration"), 0.0)
     moving = moving | np.not_equal(get("speed_table"), "")
-    moving = moving & (rotations != "none")  # `general` integrates, see `case.resolve`
+    slips = np.not_equal(get("friction_law"), "constant")
+    moving = moving & ((rotations != "none") | slips)  # `general`, see `case.resolve`
     schemes = np.where(moving, "general", schemes)
     kinds = product(np.unique(schemes), np.unique(rotations), (False, True))
     return sum(

@@ -58,12 +58,15 @@ def _padded(array: Floats, axis: int) -> Floats:
     return np.ascontiguousarray(np.pad(array, widths))
 
 
-def friction_with_sign(scene: Scene) -> float:
+def friction_with_sign(scene: Scene, speed: float | None = None) -> float:
     """Return mu sign(Omega): friction opposes the rotation and is 0 at Omega = 0.
 
-    mu is the coefficient of the scene's friction law at its speed.
+    mu is the coefficient of the scene's friction law at the speed.
+
+    speed : Omega, rad/s; None: that of the scene
     """
-    return float(scene.coefficient * np.sign(scene.speed))
+    own = scene.speed if speed is None else speed
+    return float(scene.coefficient_at(own) * np.sign(own))
 
 
 def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBody:
@@ -112,20 +115,38 @@ def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
     return body if steady is None else circling_matrices(body, steady)
 
 
-def rotor_compliance(model: Model, scene: Scene) -> Floats:
+def rotor_compliance(model: Model, scene: Scene, mu: float) -> Floats:
     """Return the rotor's part of the Delassus matrix, (N, N), m/N.
 
     Entry [i, j] is the inward displacement of tip i, at the end of a step, due to a
     unit normal force on tip j and its friction. With several contact points a tip it is
     that of all points, (N n_c, N n_c).
+
+    mu : friction with the sign of the speed
     """
-    step, mu = scene.solver.time_step, friction_with_sign(scene)
+    step = scene.solver.time_step
     radial, tangential = contact_rows(model.rotor, model.blades)
     if model.rotor.spin is not None:
         inverse = turning(model, scene, model.rotor.shapes).inverse
         return np.ascontiguousarray(radial @ inverse @ (radial + mu * tangential).T)
     _, _, give = recursion(model.rotor.omega, model.rotor.ratios, step)
     return np.ascontiguousarray((radial * give) @ (radial + mu * tangential).T)
+
+
+def ring_compliance(model: Model, step: float, mu: float) -> Floats:
+    """Return the radial displacements of an elastic ring by unit forces, (R, R), m/N.
+
+    Row i has those at the end of a step due to a unit normal force, and its friction,
+    on radial coordinate i; (0, 0) for a rigid casing.
+
+    step, mu : dt, s; friction with the sign of the speed
+    """
+    if model.casing is None or model.ring is None:
+        return EMPTY
+    _, _, give = recursion(model.casing.omega, model.casing.ratios, step)
+    outward = model.casing.shapes[model.ring.radial]
+    along = model.casing.shapes[model.ring.tangential]
+    return np.asarray(((outward + mu * along) * give) @ outward.T)
 
 
 def contact_operators(model: Model, scene: Scene) -> Contact:
@@ -137,15 +158,9 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
     row i, all radial displacements due to a force on radial coordinate i.
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
-    w_rotor, lost = rotor_compliance(model, scene), scene.engine.rotor.lost_blade
-    points, layer = points_of(model), layer_of(scene)
-    if model.casing is None or model.ring is None:
-        return Contact(w_rotor, EMPTY, ring_kind(model), lost, points, layer)
-    _, _, give = recursion(model.casing.omega, model.casing.ratios, step)
-    outward = model.casing.shapes[model.ring.radial]
-    along = model.casing.shapes[model.ring.tangential]
-    compliance = ((outward + mu * along) * give) @ outward.T
-    return Contact(w_rotor, compliance, ring_kind(model), lost, points, layer)
+    each = rotor_compliance(model, scene, mu), ring_compliance(model, step, mu)
+    lost, kind = scene.engine.rotor.lost_blade, ring_kind(model)
+    return Contact(*each, kind, lost, points_of(model), layer_of(scene))
 
 
 def points_of(model: Model) -> Points:

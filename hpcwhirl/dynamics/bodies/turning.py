@@ -14,8 +14,9 @@ coordinate s that stays 1 represents the force in kernels without constant force
 
 modes: the amplitudes are those of y = x - x_s, and a mode without mass, stiffness and
 damping adds x_s at the tips and the centre; in scheme `modal` it is a wave, see
-`waves.turning_waves.Circle`. If supports differ by direction, two further modes that
-vary as cos 2 Omega t and sin 2 Omega t add the ellipse's Re xi and -Im xi.
+`waves.turning_waves.Circle`. If supports differ by direction, two further modes for
+each harmonic h, which vary as cos h Omega t and sin h Omega t, add its Re xi and
+-Im xi.
 
 matrices: the coordinates are x, and the column of s in A^-1 K is -A^-1 F. Energy and
 loss are those of x less `DenseBody.still`, (x_s, 1), that is of y: the potential of the
@@ -25,7 +26,6 @@ force is included.
 from __future__ import annotations
 
 import itertools
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -33,7 +33,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import law_of
-from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced, swing
+from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced, steady
 from hpcwhirl.dynamics.bodies.motion import CentralSteps
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, Stand
 from hpcwhirl.dynamics.kernels.standing import (
@@ -60,11 +60,10 @@ def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody
 
     body : the kernel's arrays of the rotor's modes without them
     """
-    rows, count = read_by(model, scene), 2 * model.blades
+    (rows, pulls), count = read_by(model, scene), 2 * model.blades
     radial, tangential = (rows[:, places] for places in model.places)
     hub = rows[:, count : count + 2]
     none = np.zeros(len(rows))
-    pulls = np.array([0.0, *(len(rows) - 1) * [swings(scene)[0]]])
     return body._replace(
         keep=np.append(body.keep, pulls > 0.0),
         pull=np.append(body.pull, pulls),
@@ -79,46 +78,39 @@ def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody
     )
 
 
-def read_by(model: Model, scene: Scene) -> Floats:
-    """Return the displacements of the modes that represent an unbalanced rotor's orbit.
+def read_by(model: Model, scene: Scene) -> tuple[Floats, Floats]:
+    """Return the modes that represent an unbalanced rotor's orbit without contact.
 
-    The orbit is the motion without contact. The result, m, for unit amplitudes, in the
-    n coordinates of the rotor, is (1, n); (3, n) on supports that differ by direction;
-    (0, n) if balanced.
+    They are one for the circle, and two for each further harmonic of `case.unbalance`,
+    its cosine and its sine.
+
+    Returns
+    -------
+    rows : (w, n), m, displacements for unit amplitudes, in the n coordinates of the
+        rotor; w = 0 if it is balanced
+    pulls : (w,), factor of the amplitude in a step, 2 - 2 cos a, where a harmonic turns
+        by a in a step
     """
-    places, swung = circle(model, scene), swing(model, scene)
-    if places is None:
-        return np.zeros((0, len(model.rotor.shapes)))
-    if swung is None:
-        return places[None, :]
-    return np.stack([places, swung.real, -swung.imag])
+    found = steady(model, scene)
+    if found is None:
+        return np.zeros((0, len(model.rotor.shapes))), np.zeros(0)
+    parts = [[shape.real, -shape.imag] for shape in found.shapes[1:]]
+    rows = [found.still, *(row for pair in parts for row in pair)]
+    half = 0.5 * scene.speed * scene.solver.time_step * found.orders[1:]
+    return np.array(rows), np.append(0.0, np.repeat(4.0 * np.sin(half) ** 2, 2))
 
 
-def swings(scene: Scene) -> tuple[float, float]:
-    """Return two coefficients of a step of the modes that represent an elliptic orbit.
-
-    They are (2 - 2 cos a, sin a): on supports that differ by direction the orbit of an
-    unbalanced rotor is an ellipse, which turns by a = 2 Omega dt in a step in the
-    rotating frame.
-    """
-    half = scene.speed * scene.solver.time_step
-    return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
-
-
-def amplitudes_at(steps: int, count: int, scene: Scene) -> tuple[Floats, Floats]:
-    """Return (amplitudes, increments) of the modes of an unbalanced orbit at a step.
-
-    steps : number of the step
-    count : number of these modes, see `circling_modes`: 0, 1 or 3
-    """
-    if steps == 0:
-        pull, sine = swings(scene)
-        q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
-        return q[:count], d[:count]
-    turn = 2.0 * scene.speed * scene.solver.time_step
-    now, before = turn * steps, turn * (steps - 1)
-    q = np.array([1.0, math.cos(now), math.sin(now)])
-    return q[:count], (q - [1.0, math.cos(before), math.sin(before)])[:count]
+def amplitudes_at(steps: int, model: Model, scene: Scene) -> tuple[Floats, Floats]:
+    """Return (amplitudes, increments) of the modes `read_by` at a step, (w,) each."""
+    found = steady(model, scene)
+    if found is None:
+        return np.zeros(0), np.zeros(0)
+    angle = scene.speed * scene.solver.time_step * found.orders[1:]
+    now, half = angle * steps, 0.5 * angle
+    q = np.stack([np.cos(now), np.sin(now)], axis=1).ravel()
+    between, size = now - half, 2.0 * np.sin(half)
+    d = np.stack([-size * np.sin(between), size * np.cos(between)], axis=1).ravel()
+    return np.append(1.0, q), np.append(0.0, d)
 
 
 def jitter(body: DenseBody, model: Model, step: float) -> tuple[float, float]:

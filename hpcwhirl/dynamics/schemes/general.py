@@ -9,7 +9,7 @@ import hpcwhirl.dynamics.kernels.oracle.modes
 import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, law_of
-from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
+from hpcwhirl.case.unbalance import circle, share_at_start, steady_at, steady_rates
 from hpcwhirl.dynamics.bodies.motion import CentralSteps, Motion, after_loss
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, modal_arrays
 from hpcwhirl.dynamics.bodies.turning import by_diameter, steps_on, turning
@@ -81,11 +81,8 @@ class _Spinning(TwoBodies):
 
         It is a displacement, m, and a velocity, m/s, by central differences.
         """
-        step = self.scene.solver.time_step
-        before, now, after = (
-            steady_at(self.model, self.scene, time + d) for d in (-step, 0.0, step)
-        )
-        return now, (after - before) / (2.0 * step)
+        model, scene = self.model, self.scene
+        return steady_at(model, scene, time), steady_rates(model, scene, time)
 
     def aside(self, time: float) -> tuple[Floats, Floats]:
         """Return the ellipse at a time, s, without its circle, see `Coordinates`."""
@@ -120,6 +117,11 @@ class _Driven(TwoBodies):
             first = np.concatenate([less, still[own.alike]])
             self.put_on_circle(first, 0.0 * first)
 
+    def aside(self, time: float) -> tuple[Floats, Floats]:
+        """Return the circle of the unbalance, which the motion without contact has."""
+        places, rate = super().aside(time)
+        return (places if self.steady is None else self.steady), rate
+
     def begin(self, motion: Motion) -> bool:
         """Start from a given motion, written into the state at angle 0; return True."""
         state = self.state
@@ -138,10 +140,11 @@ class _Driven(TwoBodies):
         state : state of the run; None: only the arrays are computed
         now : interval that begins, in which the speed is taken as constant
         """
+        super().refresh(state, now)
         before = self.balance(state).energy if state else 0.0
         body, contact = self.arrays.rotor, self.arrays.contact
         self.own.set(body, now)
-        mu = friction_with_sign(self.scene)
+        mu = friction_with_sign(self.scene, now.speed)
         contact.w_rotor[:] = self.own.compliance(body, mu)
         if not state:
             return

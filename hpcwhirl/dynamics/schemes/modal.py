@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from hpcwhirl.dynamics.schemes import general
-from hpcwhirl.dynamics.schemes.by_sectors import has_waves, is_cyclic
 from hpcwhirl.dynamics.schemes.equal_sectors import equal_sectors
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.schemes.several_points import points_apart
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.model import Model, has_waves, is_cyclic
 from hpcwhirl.scene import Scene
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, angle_at, law_of
-from hpcwhirl.case.unbalance import share_at_start, steady_at
+from hpcwhirl.case.unbalance import share_at_start, steady_at, steady_rates
 from hpcwhirl.dynamics.bodies.motion import (
     Amplitudes,
     Motion,
@@ -93,17 +93,23 @@ class BothAsWaves(Integrator):
         difference, at rest, and their energy is entered in the ledger as work of the
         loading.
         """
-        model, scene, state, step = (
-            self.model, self.scene, self.state, self.scene.solver.time_step
-        )  # fmt: skip
-        share = share_at_start(model, scene)
-        lower = (share - 1.0) * model.rotor.shapes.T @ model.rotor.mass
-        before, now, after = (
-            lower @ steady_at(model, scene, time) for time in (-step, 0.0, step)
-        )
-        self._write(now, (after - before) / (2.0 * step))
+        share, state = share_at_start(self.model, self.scene), self.state
+        self._write(*self._steady(share - 1.0))
         if share < 1.0:
             state.sums_b[2] = state.ledger[contact.PULSE] = self.balance(state).energy
+
+    def _steady(self, share: float) -> tuple[Floats, Floats]:
+        """Return a share of the steady motion at time 0, in modes at rest, (m,) each.
+
+        It is 0 for a balanced rotor.
+        """
+        model, scene = self.model, self.scene
+        if not len(self.waves.apart[2]):
+            none = np.zeros(len(model.rotor.omega))
+            return none, none
+        lower = share * model.rotor.shapes.T @ model.rotor.mass
+        places = steady_at(model, scene, 0.0)
+        return lower @ places, lower @ steady_rates(model, scene, 0.0)
 
     def _write(self, q: Floats, rate: Floats, time: float = 0.0) -> None:
         """Write the motion that contact causes of the rotor into the state.
@@ -162,13 +168,9 @@ class BothAsWaves(Integrator):
         if now is None:
             return False
         nothing_booked(state, exact=False)
-        body, beside = self.model.rotor, self.waves.places()[1]
-        still = np.zeros(len(now.rotor))
-        rise = self.waves.steady.rates.sum(axis=1).real  # at time 0, amplitudes are 1
-        if len(self.waves.apart[2]):
-            steady = steady_at(self.model, self.scene, 0.0)
-            still = body.shapes.T @ (body.mass @ steady)
-        self._write(now.rotor - still, now.rotor_rate - rise)
+        beside = self.waves.places()[1]
+        still, rate = self._steady(1.0)
+        self._write(now.rotor - still, now.rotor_rate - rate)
         if len(beside):
             state.rotor[beside] = self.waves.casing.write(now.casing, now.casing_rate)
         energy = self.balance(state).energy
@@ -213,14 +215,11 @@ class BothAsWaves(Integrator):
         model, scene, state = self.model, self.scene, self.state
         step, turned = scene.solver.time_step, self.waves.apart[2]
         lower, time = model.rotor.shapes.T @ model.rotor.mass, steps * step
-        before, now, after = (
-            steady_at(model, scene, time + d) for d in (-step, 0.0, step)
-        )
         phase = np.exp(1j * steps * np.angle(1.0 + self.waves.steady.ahead))
         state.rotor[turned] = phase.real
         state.rotor[self.waves.half + turned] = phase.imag
-        q = lower @ (motion.rotor - now)
-        rate = lower @ (motion.rotor_velocity - (after - before) / (2.0 * step))
+        q = lower @ (motion.rotor - steady_at(model, scene, time))
+        rate = lower @ (motion.rotor_velocity - steady_rates(model, scene, time))
         self._write(q, rate, time)
 
     @cached_property

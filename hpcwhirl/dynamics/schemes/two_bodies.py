@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 
 from hpcwhirl.arrays import Floats
+from hpcwhirl.case.speed import Interval
 from hpcwhirl.case.unbalance import share_at_start, steady_at
 from hpcwhirl.dynamics.bodies.motion import (
     CentralSteps,
@@ -24,7 +25,12 @@ from hpcwhirl.dynamics.bodies.motion import (
     lowering,
     modal_steps,
 )
-from hpcwhirl.dynamics.bodies.operators import unworn
+from hpcwhirl.dynamics.bodies.operators import (
+    friction_with_sign,
+    ring_compliance,
+    rotor_compliance,
+    unworn,
+)
 from hpcwhirl.dynamics.bodies.turning import amplitudes_at, steps_on
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.kernel_types import (
@@ -185,7 +191,9 @@ class TwoBodies(Integrator):
         check_sizes(model, motion)
         x, v, y, w, _ = motion
         back = -scene.speed * scene.solver.time_step
-        was = b.write(x, v, state.q_b, state.d_b), c.write(y, w, state.q_c, state.d_c)
+        places, rate = self.aside(0.0)
+        own = b.write(x - places, v - rate, state.q_b, state.d_b)
+        was = own + places, c.write(y, w, state.q_c, state.d_c)
         state.gaps[:] = gaps_of(model, scene.gap, x, y, 0.0)
         state.older[:] = gaps_of(model, scene.gap, *was, back)
         state.ledger[:] = 0.0
@@ -207,7 +215,8 @@ class TwoBodies(Integrator):
         share = share_at_start(model, scene)
         outward = steady_at(model, scene, 0.0)[model.places[0]]
         state.q_b[:m], state.d_b[:m] = own, rises
-        state.q_b[m:], state.d_b[m:] = amplitudes_at(0, len(state.q_b) - m, scene)
+        if m < len(state.q_b):
+            state.q_b[m:], state.d_b[m:] = amplitudes_at(0, model, scene)
         for gaps in (state.gaps, state.older):
             gaps[:] = model.clearances(scene.gap) - share * outward
         if share < 1.0:
@@ -239,8 +248,9 @@ class TwoBodies(Integrator):
         places, rate = self.aside(time)
         x, v = motion.rotor - places, motion.rotor_velocity - rate
         self.held[0].write(x, v, state.q_b, state.d_b, time)
-        circling = amplitudes_at(steps, len(state.q_b) - size, self.scene)
-        state.q_b[size:], state.d_b[size:] = circling
+        if size < len(state.q_b):
+            circling = amplitudes_at(steps, self.model, self.scene)
+            state.q_b[size:], state.d_b[size:] = circling
 
     def aside(self, _: float) -> tuple[Floats, Floats]:
         """Return the motion at a time, s, that further coordinates of the state have.
@@ -249,6 +259,19 @@ class TwoBodies(Integrator):
         """
         none = np.zeros(len(self.model.rotor.shapes))
         return none, none
+
+    def refresh(self, _: BodiesState | None, now: Interval) -> None:
+        """Change the compliances of contact to the friction of an interval's speed.
+
+        now : interval that begins, in which the speed is taken as constant
+        """
+        if self.scene.friction_law == "constant":
+            return
+        model, step, contact = self.model, self.scene.solver.time_step, self.arrays[3]
+        mu = friction_with_sign(self.scene, now.speed)
+        contact.compliance[:] = ring_compliance(model, step, mu)
+        if model.rotor.spin is None:
+            contact.w_rotor[:] = rotor_compliance(model, self.scene, mu)
 
     def release(self, state: BodiesState, places: Floats, _: int) -> None:
         """Let go of a casing held in a shape: add the shape to a state's motion.

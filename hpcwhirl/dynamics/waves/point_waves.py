@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
-from hpcwhirl.case.unbalance import circle, swing
+from hpcwhirl.case.unbalance import steady
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign
 from hpcwhirl.dynamics.bodies.turning import Terms, turning_terms
 from hpcwhirl.dynamics.kernels.vectors import ROW
@@ -239,21 +239,22 @@ def steady_waves(model: Model, scene: Scene) -> SteadyWaves:
     rotor, so that a motion Re(xi a) is a sum of two waves, a and its conjugate.
     """
     body, step, size = model.rotor, scene.solver.time_step, len(model.rotor.omega)
-    places, swung = circle(model, scene), swing(model, scene)
-    if places is None:
+    found = steady(model, scene)
+    if found is None:
         none = np.zeros((size, 0), dtype=complex)
         return SteadyWaves(step, none[0], none)
-    lower, turn = body.shapes.T @ body.mass, np.expm1(2j * scene.speed * step)
-    parts = [(lower @ places + 0j, 0j)]
-    if swung is not None:
-        parts.append((lower @ swung, complex(turn)))
+    lower, turns = body.shapes.T @ body.mass, 1j * scene.speed * step * found.orders
+    parts: list[tuple[Complexes, complex]] = [
+        (lower @ shape, complex(np.expm1(turn)))
+        for shape, turn in zip(found.shapes, turns, strict=True)
+    ]
     sectors = nearly_equal(model) if body.cyclic else None
     if sectors is not None and 1 in sectors.blocks:
         block = sectors.blocks[1]
         way = block @ block.conj().T
         own = [(way @ (2 * parts[0][0]), 0j)]
-        for shape, ahead in parts[1:]:
-            own += [(way @ shape, ahead), (way @ shape.conj(), np.conj(ahead))]
+        for shape, turn in parts[1:]:
+            own += [(way @ shape, turn), (way @ shape.conj(), turn.conjugate())]
         parts = own
     shapes, ahead = zip(*parts, strict=True)
     return SteadyWaves(step, np.array(ahead), np.array(shapes).T)

@@ -1,0 +1,206 @@
+"""The steady motion of a rotor without contact, as harmonics of the speed.
+
+In the rotating frame a load is a sum of Re(F_h e^{i h Omega t}): that of an unbalance
+has h = 0, a force that is constant in the static frame h = 1. So is the motion, of
+X_h. On supports that are the same in all directions each harmonic answers its own load:
+
+A_h X_h = F_h, A_h = K(Omega) + S + i h Omega (D + 2 Omega C) - (h Omega)^2 M.
+
+Supports that differ by direction couple harmonics by their force on the centre. With z
+= x_o + i y_o as the sum of z_h e^{i h Omega t} over all h, negative ones too,
+
+f_k = -beta_h conj(z_h), k = -(h + 2), beta_h = k_d - i (1 + h) Omega c_d.
+
+With equal sectors this couples h = 0 to h = 2, h = 1 to itself, and nothing else.
+Unequal sectors couple f_h to conj(f_{-h}), too: harmonics 0, 2, 4, ... or 1, 3, 5, ...
+which decay as 1 / (h Omega)^2 and faster, and are computed up to round-off.
+
+A time step of central differences replaces h Omega by sin(h Omega dt) / dt, its square
+by (2 sin(h Omega dt / 2) / dt)^2, so that the motion is steady in time steps.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcwhirl.arrays import Complexes, Floats, Integers
+from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.waves import turning_matrices
+
+LEAST = 1e-15  # size of a harmonic, relative to the largest, that is left out
+MOST = 64  # highest harmonic
+
+Loads = dict[int, Complexes]  # {h: F_h, (n,), N}, h >= 0
+
+
+class Steady(NamedTuple):
+    """A motion x = sum of Re(X_h e^{i h Omega t}) of a rotor, rotating frame.
+
+    Attributes
+    ----------
+    orders : (s,), h, ascending; the first is 0
+    shapes : (s, n), X_h, m; that of h = 0 is real
+    """
+
+    orders: Integers
+    shapes: Complexes
+
+    @property
+    def still(self) -> Floats:
+        """The part X_0 that is constant in the rotating frame, (n,), m."""
+        return np.ascontiguousarray(self.shapes[0].real)
+
+    def at(self, angle: float) -> Floats:
+        """Return the displacement, (n,), m, at an angle Omega t, rad."""
+        turns = np.exp(1j * angle * self.orders)
+        return np.asarray((turns[1:] @ self.shapes[1:]).real + self.shapes[0].real)
+
+    def of(self, order: int) -> Complexes:
+        """Return the shape X_h of a harmonic, (n,), m; 0 if there is none."""
+        return np.asarray(self.shapes[self.orders == order].sum(axis=0))
+
+    def farthest(self) -> Floats:
+        """Return a bound of each coordinate's displacement at any time, (n,), m."""
+        return np.asarray(self.still + np.abs(self.shapes[1:]).sum(axis=0))
+
+    def sizes(self) -> Floats:
+        """Return a bound of each coordinate's magnitude at any time, (n,), m."""
+        return np.asarray(np.abs(self.shapes).sum(axis=0))
+
+
+class _Harmonics:
+    """The answers of a rotor to loads at harmonics of the speed, each computed once.
+
+    model, blades : rotor with terms of rotation; N
+    speed, step : Omega, rad/s; dt, s, 0: motion in continuous time
+    """
+
+    def __init__(
+        self, model: ModalModel, blades: int, speed: float, step: float
+    ) -> None:
+        gyro, damping, stiffness, push = turning_matrices(model, speed, blades)
+        self.held, self.rate, self.mass = stiffness + push, damping + gyro, model.mass
+        self.speed, self.step = speed, step
+        self.hub = np.eye(len(self.held))[:, 2 * blades : 2 * blades + 2]
+
+    def times(self, h: int) -> float:
+        """Return h Omega, 1/s, as the velocities of time steps have it."""
+        angle = h * self.speed * self.step
+        return np.sin(angle) / self.step if self.step else h * self.speed
+
+    def answer(self, h: int, load: Complexes) -> Complexes:
+        """Return A_h^-1 load, (n, c)."""
+        if h == 0:
+            return np.asarray(np.linalg.solve(self.held, load.real))
+        half = 0.5 * h * self.speed * self.step
+        twice = (
+            (2.0 * np.sin(half) / self.step) ** 2 if self.step
+            else (h * self.speed) ** 2
+        )  # fmt: skip
+        dynamic = self.held + 1j * self.times(h) * self.rate - twice * self.mass
+        return np.asarray(np.linalg.solve(dynamic, load))
+
+
+def steady_response(
+    model: ModalModel, blades: int, loads: Loads, speed: float, step: float = 0.0
+) -> Steady:
+    """Return the steady motion of a rotor under loads, see this module.
+
+    Parameters
+    ----------
+    model, blades : rotor with terms of rotation and a free centre; N
+    loads : loads on the n coordinates, rotating frame; that of h = 0 is real
+    speed, step : Omega, rad/s; dt, s, for the motion of central differences; 0: the
+        exact one
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        at a critical speed without damping
+    """
+    own, answers = model.terms.support.at(speed), _Harmonics(model, blades, speed, step)
+    if own.is_round:
+        return _sorted({h: answers.answer(h, load) for h, load in loads.items()})
+    found: dict[int, Complexes] = {}
+    apart = own.stiffness_apart - 1j * speed * own.damping_apart, own.damping_apart
+    for parity in (0, 1):
+        given = {h: load for h, load in loads.items() if h % 2 == parity}
+        if given:
+            found |= _coupled(answers, given, apart, cyclic=model.cyclic)
+    return _sorted(found)
+
+
+def _sorted(found: dict[int, Complexes]) -> Steady:
+    size = len(next(iter(found.values())))
+    found = {0: np.zeros(size, dtype=complex), **found}
+    large = max(float(np.abs(shape).max()) for shape in found.values())
+    kept = [h for h in sorted(found)
+            if h == 0 or np.abs(found[h]).max() > LEAST * large]  # fmt: skip
+    return Steady(np.array(kept), np.array([found[h] for h in kept], dtype=complex))
+
+
+def _coupled(
+    answers: _Harmonics, given: Loads, apart: tuple[complex, complex], *, cyclic: bool
+) -> dict[int, Complexes]:
+    """Return the harmonics of one parity that supports couple, {h: X_h}, h >= 0.
+
+    given : the loads of this parity
+    apart : k_d - i Omega c_d, and c_d, by which the supports differ by direction
+    cyclic : whether sectors are equal, so that only two harmonics are coupled
+    """
+    top = (2 if cyclic else 8) - max(given) % 2
+    known: dict[int, Complexes] = {}
+    while True:
+        orders = range(top % 2, top + 1, 2)
+        for h in orders:
+            if h not in known:
+                load = given.get(h, np.zeros(len(answers.held), dtype=complex))
+                both = np.column_stack([answers.hub, load * (1.0 if h == 0 else 0.5)])
+                known[h] = answers.answer(h, both)
+        found = _solved(answers, known, orders, apart)
+        large = max(float(np.abs(shape).max()) for shape in found.values())
+        small = float(np.abs(found[top]).max()) <= LEAST * large
+        if cyclic or small or top >= MOST:
+            return found
+        top += 6
+
+
+def _solved(
+    answers: _Harmonics,
+    known: dict[int, Complexes],
+    orders: range,
+    apart: tuple[complex, complex],
+) -> dict[int, Complexes]:
+    """Return {h: X_h} of the harmonics `orders`, h >= 0, with the supports' forces.
+
+    known : {h: (n, 3)}, answers to unit forces x and y on the centre, and to the load
+    """
+    low, top = -orders[-1], orders[-1]
+    both = list(range(low, top + 1, 2))
+    place = {h: i for i, h in enumerate(both)}
+    plain = np.eye(len(both), dtype=complex)
+    turned = np.zeros_like(plain)
+    right = np.zeros(len(both), dtype=complex)
+    for k in both:
+        h = -(k + 2)
+        if h not in place:
+            continue
+        three = answers.hub.T @ known[abs(h)]
+        three = three.conj() if h < 0 else three
+        x, y, rest = (complex(row) for row in np.array([1.0, 1.0j]) @ three)
+        beta = apart[0] - 1j * answers.times(h) * apart[1]
+        turned[place[k], place[h]] += beta * ((x - 1j * y) / 2).conjugate()
+        plain[place[k], place[-h]] += beta * ((x + 1j * y) / 2).conjugate()
+        right[place[k]] = -beta * rest.conjugate()
+    a, b = plain + turned, plain - turned
+    matrix = np.block([[a.real, -b.imag], [a.imag, b.real]])
+    re, im = np.linalg.solve(matrix, np.append(right.real, right.imag)).reshape(2, -1)
+    force = dict(zip(both, re + 1j * im, strict=True))
+    out = {}
+    for h in orders:
+        f, back = force[h], force[-h].conjugate()
+        pushed = known[h] @ np.array([(f + back) / 2, (f - back) / 2j, 1.0])
+        out[h] = pushed if h == 0 else 2.0 * pushed
+    return out
