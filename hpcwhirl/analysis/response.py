@@ -39,7 +39,8 @@ from hpcwhirl.reduction.criticals import damped_criticals
 from hpcwhirl.reduction.families import rotor_by_diameter
 from hpcwhirl.reduction.growth import search_range
 from hpcwhirl.reduction.model import Model, model_of
-from hpcwhirl.reduction.modes import ModalModel, stiffening_at
+from hpcwhirl.reduction.modes import stiffening_at
+from hpcwhirl.reduction.steady import translation
 from hpcwhirl.reduction.waves import unbalance_speeds
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.shaft_tables import WORDS
@@ -175,36 +176,14 @@ def _on_supports(
 
     places, back : (n,), m, x and conj(xi) / 2
     """
-    spin, speed, moved = model.rotor.terms, scene.speed, translation(model)
+    spin, speed = model.rotor.terms, scene.speed
+    moved = translation(model.rotor, model.blades)
     stiffened = stiffening_at(spin, speed)
     forward = force_of(scene) - moved @ (stiffened @ places)
     if spin.released is not None:
         forward += speed**2 * (moved @ spin.released)
     inertia = -4 * speed**2 * (model.rotor.mass + 1j * spin.coriolis) + stiffened
     return complex(forward), complex(-moved @ (inertia @ back))
-
-
-def translation(model: Model) -> Complexes:
-    """Return t, (n,): t @ forces is the resultant F_x + i F_y of forces on a rotor.
-
-    Its parts are the displacements of all coordinates if the rotor moves by 1 along x
-    or y without strain: the static response to its centre, with the tilt held.
-    """
-    return _translation(model.rotor, model.blades)
-
-
-@lru_cache(maxsize=8)
-def _translation(rotor: ModalModel, blades: int) -> Complexes:
-    hub = 2 * blades + np.arange(2)
-    held = np.append(hub, rotor.terms.tilt).astype(np.intp)
-    free = np.setdiff1d(np.arange(len(rotor.mass)), held)
-    moved = np.zeros((len(rotor.mass), 2))
-    moved[hub] = np.eye(2)
-    stiffness = rotor.stiffness
-    moved[free] = -np.linalg.solve(
-        stiffness[np.ix_(free, free)], stiffness[np.ix_(free, hub)]
-    )
-    return np.asarray(moved @ [1.0, 1.0j])
 
 
 def moving_mass(scene: Scene) -> float:
@@ -214,7 +193,7 @@ def moving_mass(scene: Scene) -> float:
     if line is not None:
         reduced = apply_settings(reduced, {"shaft": WORDS[0], "shaft_station": 0})
     model = model_of(reduced)
-    t = translation(model)
+    t = translation(model.rotor, model.blades)
     disk = float((t.conj() @ model.rotor.mass @ t).real) / 2
     return disk + (line.mass if line else 0.0)
 

@@ -18,7 +18,7 @@ from hpcwhirl.case.growth import stability_of
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.rotation_choice import choice_of
 from hpcwhirl.case.speed import extremes
-from hpcwhirl.case.unbalance import facts_of_unbalance
+from hpcwhirl.case.unbalance import facts_of_unbalance, facts_of_weight
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction import families, waves
 from hpcwhirl.reduction.criticals import Critical, damped_criticals, stability_limit
@@ -112,6 +112,7 @@ def rotation_of_case(case: Case, fastest: float = 0.0) -> dict[str, Any]:
     film : damping and clearance of the squeeze film, see `_film`; None without one
     unbalance : the circle on which the scene's unbalance moves the centre, see
         `facts_of_unbalance`; None without unbalance
+    weight : the sag by the rotor's weight, see `facts_of_weight`; None without gravity
     """
     model, speed = case.model, case.given.speed
     rotor, turns = families.rotor_by_diameter(model), model.rotor.spin is not None
@@ -131,6 +132,7 @@ def rotation_of_case(case: Case, fastest: float = 0.0) -> dict[str, Any]:
         "clearance": case.clearance,
         "film": _film(model.rotor, speed),
         "unbalance": facts_of_unbalance(model, running),
+        "weight": facts_of_weight(model, running),
     }
 
 

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.growth import largest_free_growth
 from hpcwhirl.case.profile import room_of, shape_of
+from hpcwhirl.case.unbalance import has_steady, swings
 from hpcwhirl.errors import ModelError
 from hpcwhirl.reduction.model import Model, has_families
 from hpcwhirl.reduction.modes import ModalModel, Spin, SpinBlock
@@ -42,7 +43,7 @@ FOLDING = (
     "engine.rotor.mistuning", "engine.rotor.lost_blade", "engine.casing.kind",
     "engine.casing.discretization", "engine.casing.contact_law",
     "engine.casing.profile", "engine.casing.profile_scale", "engine.casing.offset",
-    "engine.file", "unbalance", "engine.rotation",
+    "engine.file", "unbalance", "gravity", "engine.rotation",
 )  # fmt: skip
 COUNTS = "nodal_diameter", "engine.rotor.blades"
 MOST_KEPT = 256  # number of cached settling times
@@ -93,7 +94,7 @@ def folds_of(scene: Scene) -> int:
     if solver.plan == "everything" or not SCHEMES[solver.scheme].folds:
         return 1
     worn = scene.engine.casing.contact_law != RIGID
-    if worn or scene.unbalance != 0.0 or not has_families(scene):
+    if worn or has_steady(scene) or not has_families(scene):
         return 1
     orders = shape_of(scene).orders.tolist()
     return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades, *orders)
@@ -175,7 +176,7 @@ def plan_of(scene: Scene, model: Model) -> Plan:
     lean = scene.solver.plan == "lean" and SCHEMES[scene.solver.scheme].settles
     spin = model.rotor.spin
     lean = lean and (spin is None or spin.support.is_plain)
-    lean = lean and growth == 0.0 and settling < math.inf
+    lean = lean and growth == 0.0 and settling < math.inf and not swings(scene)
     wanted = scene.solver.until == "certain" or settling < SOON * scene.end_time
     return Plan(folds, lean and wanted, settling, growth)
 

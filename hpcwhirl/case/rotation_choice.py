@@ -96,8 +96,7 @@ def needing(scene: Scene) -> str:
     rotor = scene.engine.rotor
     usual = {**dict.fromkeys(STANDING, 0.0), **dict(WHOLE)}
     own = [name for name, value in usual.items() if getattr(rotor, name) != value]
-    if scene.unbalance != 0.0:
-        own.append("unbalance")
+    own += [name for name in ("unbalance", "gravity") if getattr(scene, name) != 0.0]
     if scene.gap_at != "speed":
         own.append("gap_at")
     if own:

@@ -28,7 +28,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import Spin
 from hpcwhirl.reduction.numbers import zero_between
-from hpcwhirl.reduction.steady import Loads, Steady, steady_response
+from hpcwhirl.reduction.steady import Loads, Steady, steady_response, translation
 from hpcwhirl.reduction.supports import CLOSED, Bearing, film_shares
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.rules import NO_BLADE
@@ -54,6 +54,21 @@ def loss_step(scene: Scene) -> int:
     return max(1, round(scene.lost_blade_time / scene.solver.time_step))
 
 
+def swings(scene: Scene) -> bool:
+    """Return whether the steady motion is none that turns with the rotor: by weight."""
+    return scene.gravity > 0.0
+
+
+def has_steady(scene: Scene) -> bool:
+    """Return whether the rotor has a `steady` motion other than rest."""
+    return is_unbalanced(scene) or swings(scene)
+
+
+def weight_of(scene: Scene) -> complex:
+    """Return the acceleration of gravity, g_x + i g_y, m/s^2, static frame."""
+    return cmath.rect(scene.gravity, scene.gravity_angle)
+
+
 def released_moment(model: Model) -> complex:
     """Return the unbalance m e, as x + i y, kg m, that the loss of a blade causes.
 
@@ -69,20 +84,22 @@ def released_moment(model: Model) -> complex:
 
 
 def steady(model: Model, scene: Scene) -> Steady | None:
-    """Return the rotor's steady motion without contact; None for a balanced rotor.
+    """Return the rotor's steady motion without contact; None if that is rest.
 
-    On supports that are the same in all directions it is a circle, constant in the
-    rotating frame.
+    On supports that are the same in all directions that of an unbalance is a circle,
+    constant in the rotating frame, and the sag by the rotor's weight turns backward at
+    Omega in this frame. Even harmonics are those of the unbalance, odd ones those of
+    the weight, see `reduction.steady`.
 
     Raises
     ------
     InputError
         at a critical speed without damping
     """
-    if not is_unbalanced(scene):
+    if not has_steady(scene):
         return None
-    speed, step = scene.speed, scene.solver.time_step
-    return _steady(model, force_of(scene), speed, step)
+    loads = force_of(scene), weight_of(scene)
+    return _steady(model, loads, scene.speed, scene.solver.time_step)
 
 
 def circle(model: Model, scene: Scene) -> Floats | None:
@@ -122,61 +139,80 @@ def steady_rates(model: Model, scene: Scene, time: float) -> Floats:
     return np.asarray((after - before) / (2.0 * step))
 
 
+def missing_at_start(model: Model, scene: Scene) -> tuple[Floats, Floats]:
+    """Return the motion at the start less the steady one, (n,) each, m and m/s.
+
+    It is 0 if the run begins on the steady motion. The rotor has its sag in any case.
+    """
+    found, none = steady(model, scene), np.zeros(len(model.rotor.shapes))
+    share = share_at_start(model, scene)
+    if found is None or share == 1.0:
+        return none, none
+    step, circling = scene.solver.time_step, found.only(0)
+    before, now, after = (circling.at(scene.speed * t) for t in (-step, 0.0, step))
+    return (share - 1.0) * now, (share - 1.0) / (2.0 * step) * (after - before)
+
+
 def steady_start(model: Model, scene: Scene) -> tuple[Floats, Floats]:
-    """Return the motion with which an unbalanced rotor's run begins, (n,) each.
+    """Return the motion with which a run begins, (n,) each, of an unbalance and weight.
 
     It is a displacement, m, and a velocity, m/s, in the coordinates of `circle`.
     """
-    share = share_at_start(model, scene) if is_unbalanced(scene) else 0.0
-    each = (steady_at(model, scene, 0.0), steady_rates(model, scene, 0.0))
-    return share * each[0], share * each[1]
+    less = missing_at_start(model, scene)
+    whole = steady_at(model, scene, 0.0), steady_rates(model, scene, 0.0)
+    return whole[0] + less[0], whole[1] + less[1]
 
 
 def exact_steady(model: Model, scene: Scene) -> Steady:
-    """Return the `steady` motion of an unbalanced rotor without an error of steps."""
-    return _steady(model, force_of(scene), scene.speed, 0.0)
+    """Return the `steady` motion by unbalance without an error of steps."""
+    return _steady(model, (force_of(scene), 0j), scene.speed, 0.0)
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _steady(model: Model, force: complex, speed: float, step: float) -> Steady:
-    spin = model.rotor.spin
+def _steady(
+    model: Model, given: tuple[complex, complex], speed: float, step: float
+) -> Steady:
+    spin, loads = model.rotor.spin, _loads(model, given, speed)
     try:
         if spin is not None and spin.support.at(speed).film:
-            found = _circle_in_film(model, spin, force, speed)
+            found = _circle_in_film(model, spin, loads, speed)
         else:
-            found = steady_response(
-                model.rotor, model.blades, _loads(model, force, speed), speed, step
-            )
+            found = steady_response(model.rotor, model.blades, loads, speed, step)
     except np.linalg.LinAlgError:
         found = Steady(np.zeros(1, int), np.full((1, 1), np.inf + 0j))
     if not np.isfinite(found.shapes).all():
         raise InputError(
-            f"unbalance must be 0 at speed {speed:.6g}, a critical speed without "
-            "damping"
+            f"unbalance and gravity must be 0 at speed {speed:.6g}, a critical speed "
+            "without damping"
         )
     found.shapes.flags.writeable = False
     return found
 
 
-def _loads(model: Model, force: complex, speed: float) -> Loads:
-    """Return the loads of an unbalance, and of a lost blade, see `reduction.steady`.
+def _loads(model: Model, given: tuple[complex, complex], speed: float) -> Loads:
+    """Return the loads of unbalance, lost blade and weight, see `reduction.steady`.
 
-    force, speed : F_x + i F_y, N, rotating frame; Omega, rad/s
+    given : F_x + i F_y, N, rotating frame, of the unbalance; g_x + i g_y, m/s^2
+    speed : Omega, rad/s
     """
+    force, weight = given
     load = np.zeros(len(model.rotor.mass), dtype=complex)
     load[2 * model.blades : 2 * model.blades + 2] = force.real, force.imag
     if model.rotor.terms.released is not None:
         load += speed**2 * model.rotor.terms.released
-    return {0: load}
+    if weight == 0.0:
+        return {0: load}
+    moved = translation(model.rotor, model.blades)
+    return {0: load, 1: (model.rotor.mass @ moved) * weight.conjugate()}
 
 
-def _circle_in_film(model: Model, spin: Spin, force: complex, speed: float) -> Steady:
+def _circle_in_film(model: Model, spin: Spin, loads: Loads, speed: float) -> Steady:
     """Return the steady motion by unbalance with a squeeze film.
 
     The film's damping depends on the radius of the centre's circle, and is that at the
     radius that results.
 
-    force, speed : F_x + i F_y, N, rotating frame; Omega, rad/s
+    loads, speed : result of `_loads`; Omega, rad/s
     """
     own = spin.support
     if isinstance(own, Bearing):  # refused beside a film
@@ -186,7 +222,6 @@ def _circle_in_film(model: Model, spin: Spin, force: complex, speed: float) -> S
         across = own.film * (film_shares(radius / own.clearance)[1] - 1.0)
         support = replace(own, damping=own.damping + across)
         turned = replace(model.rotor, spin=replace(spin, support=support))
-        loads = _loads(model, force, speed)
         return steady_response(turned, model.blades, loads, speed)
 
     def miss(radius: float) -> float:
@@ -221,14 +256,16 @@ def centre_of(model: Model, places: Any) -> complex:
 
 
 def reach_of(model: Model, scene: Scene) -> float:
-    """Return the largest outward displacement of a tip on the unbalance's circle, m.
+    """Return the largest outward displacement of a tip in the steady motion, m.
 
     The tip of a lost blade is excluded; clearances of contact points in addition to the
     gap are subtracted.
     """
     found = steady(model, scene)
-    if found is None:
-        return 0.0
+    return 0.0 if found is None else _reach(model, scene, found)
+
+
+def _reach(model: Model, scene: Scene, found: Steady) -> float:
     outward = found.farthest()
     tips = np.arange(model.contacts) != scene.engine.rotor.lost_blade
     reached = outward[model.places[0]] - model.clearances(0.0)
@@ -247,15 +284,29 @@ def share_at_start(model: Model, scene: Scene) -> float:
     if casing.kind == "rigid" and casing.rise == 0.0:  # lobes held from the start
         clear -= abs(casing.amplitude)
     clear = max(clear, 0.0)
-    reach, room = reach_of(model, scene), (1.0 - CLEAR) * clear
-    return 1.0 if reach <= room else room / reach
+    found, room = steady(model, scene), (1.0 - CLEAR) * clear
+    if found is None or _reach(model, scene, found) <= room:
+        return 1.0
+    sag = _reach(model, scene, found.only(1)) if swings(scene) else 0.0
+    return max(room - sag, 0.0) / _reach(model, scene, found.only(0))
 
 
 def check_unbalance(model: Model, scene: Scene) -> None:
-    """Raise InputError if unbalance alone moves tips to the amplitude limit."""
+    """Raise InputError if a rotor's steady motion exceeds amplitude limit or gap.
+
+    The unbalance must not move tips to the limit, nor the sag by weight into the wall.
+    """
     found = steady(model, scene)
     if found is None:
         return
+    sag, room = _reach(model, scene, found.only(1)), room_of(scene)
+    if swings(scene) and not sag < room:
+        raise InputError(
+            f"gravity must be < {scene.gravity * max(room, 0.0) / sag:.6g} m/s^2: the "
+            f"rotor's sag moves blades by {sag:.6g} m, the gap leaves {room:.6g} m, "
+            f"got {scene.gravity:.6g}"
+        )
+    found = found.only(0)
     sizes = found.sizes()
     tips = sizes[: 2 * model.blades].reshape(-1, 2)
     far = float(np.hypot(*tips.T).max())
@@ -292,7 +343,7 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
     None without an unbalance.
     """
     found = steady(model, scene)
-    if found is None:
+    if found is None or not is_unbalanced(scene):
         return None
     centre = centre_of(model, found.still)
     own = cmath.rect(scene.unbalance, scene.unbalance_phase)
@@ -310,4 +361,29 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
         "reach": reach,
         "over_gap": reach / room if room > 0.0 else None,
         "touches": reach > room,
+    }
+
+
+def facts_of_weight(model: Model, scene: Scene) -> dict[str, Any] | None:
+    """Return the facts on the sag by the rotor's weight that `model --json` shows.
+
+    Returns
+    -------
+    sag : m, displacement of the centre, constant in the static frame
+    angle : rad, its direction there
+    change : m, change of a blade's gap in a revolution, largest less least
+    over_gap : half the change over the least gap; None if that gap is 0
+
+    None without gravity.
+    """
+    found, room = steady(model, scene), room_of(scene)
+    if found is None or not swings(scene):
+        return None
+    sag = centre_of(model, found.of(1).conj()) / 2
+    change = 2.0 * float(np.abs(found.of(1)[model.places[0]]).max())
+    return {
+        "sag": abs(sag),
+        "angle": cmath.phase(sag),
+        "change": change,
+        "over_gap": 0.5 * change / room if room > 0.0 else None,
     }

@@ -337,7 +337,24 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
             f"speed {in_shown(rotation['clearance'], 'm', 4)}"
         )
     lines += growth_told(rotation)
+    if weight := rotation["weight"]:
+        lines.append(told_sag(weight))
     return [*lines, told_circle(circle)] if circle else lines
+
+
+def told_sag(weight: dict[str, Any]) -> str:
+    """Return a sentence on the sag by the rotor's weight, beside the gap.
+
+    weight : result of `case.unbalance.facts_of_weight`
+    """
+    share, angle = weight["over_gap"], math.degrees(weight["angle"])
+    of_gap = "" if share is None else f", +-{100 * share:.3g} % of the gap"
+    return (
+        f"weight moves the centre by {1e3 * weight['sag']:.4g} mm at {angle:.1f} "
+        f"degrees: a blade's gap changes by {1e3 * weight['change']:.4g} mm in a "
+        f"revolution{of_gap}; the same offset and offset_angle of the casing would "
+        "make it even"
+    )
 
 
 def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:

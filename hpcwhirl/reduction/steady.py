@@ -21,6 +21,7 @@ by (2 sin(h Omega dt / 2) / dt)^2, so that the motion is steady in time steps.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -56,6 +57,11 @@ class Steady(NamedTuple):
         """Return the displacement, (n,), m, at an angle Omega t, rad."""
         turns = np.exp(1j * angle * self.orders)
         return np.asarray((turns[1:] @ self.shapes[1:]).real + self.shapes[0].real)
+
+    def only(self, parity: int) -> Steady:
+        """Return the even (0) or the odd (1) harmonics alone; the first stays h = 0."""
+        shapes = self.shapes * (self.orders % 2 == parity)[:, None]
+        return Steady(self.orders, shapes)
 
     def of(self, order: int) -> Complexes:
         """Return the shape X_h of a harmonic, (n,), m; 0 if there is none."""
@@ -204,3 +210,22 @@ def _solved(
         pushed = known[h] @ np.array([(f + back) / 2, (f - back) / 2j, 1.0])
         out[h] = pushed if h == 0 else 2.0 * pushed
     return out
+
+
+@lru_cache(maxsize=8)
+def translation(rotor: ModalModel, blades: int) -> Complexes:
+    """Return t, (n,): t @ forces is the resultant F_x + i F_y of forces on a rotor.
+
+    Its parts are the displacements of all coordinates if the rotor moves by 1 along x
+    or y without strain: the static response to its centre, with the tilt held.
+    """
+    hub = 2 * blades + np.arange(2)
+    held = np.append(hub, rotor.terms.tilt).astype(np.intp)
+    free = np.setdiff1d(np.arange(len(rotor.mass)), held)
+    moved = np.zeros((len(rotor.mass), 2))
+    moved[hub] = np.eye(2)
+    stiffness = rotor.stiffness
+    moved[free] = -np.linalg.solve(
+        stiffness[np.ix_(free, free)], stiffness[np.ix_(free, hub)]
+    )
+    return np.asarray(moved @ [1.0, 1.0j])

@@ -5,6 +5,7 @@ Each field of a class is an input: its default, unit, meaning, symbol and limits
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -174,9 +175,16 @@ class Scene(Inputs, metaclass=_Told):
         "time of the run at which lost_blade leaves the rotor, which has all its "
         "blades until then; 0: when the run begins; not before the end of the run: no "
         "blade is lost")
+    gravity: NonNegative = given(0.0, "m/s^2",
+        "acceleration by the rotor's weight, constant in the static frame; the run "
+        "begins in its equilibrium; not that of the casing; only with engine.rotation "
+        "full and a free centre", symbol="g")
+    gravity_angle: Finite = given(-math.pi / 2, "rad",
+        "direction of gravity in the static frame, from the x axis to the y axis")
     start_energy: NonNegative = given(0.0, "J",
         "energy of the initial motion, in modes of both bodies; 0: at rest; the pulse "
-        "acts in addition, unless `force` is 0; not with an unbalance", symbol="E_0")
+        "acts in addition, unless `force` is 0; added to the circle of an unbalance",
+        symbol="E_0")
     start_modes: Label = given("rotor 1F 1", "1",
         "modes that share start_energy; by body, family and nodal diameter as in "
         "`hpcwhirl model`, or by some of these three, and several separated by commas: "

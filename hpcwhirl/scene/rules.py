@@ -418,6 +418,23 @@ OF_SCENE = (
     must_be(0, "unbalance", Unless(
         "where engine.rotation is none, which has no critical speed of an unbalance",
         ("engine.rotation",), _is_not("none"))),
+    must_be(0, "gravity", Unless(
+        "where engine.rotation is none, in which a load that does not turn with the "
+        "rotor would meet modes at rest",
+        ("engine.rotation",), _is_not("none"))),
+    must_be(0, "gravity", Unless("where engine.rotor.centre is clamped",
+        ("engine.rotor.centre",), _is_not("clamped"))),
+    must_be(0, "gravity", STEADY_TOLD),
+    must_be(0, "gravity", Unless(
+        "with a shaft that has mass, of which only modes are known, not its weight",
+        ("engine.rotor.shaft",), ON_LINE.holds)),
+    must_be(0, "gravity", Unless(
+        "in a squeeze film (film_viscosity), in which the circle of a sag is no "
+        "harmonic of the speed",
+        ("engine.rotor.film_viscosity",), _is(0.0))),
+    must_be(0, "gravity", Unless(
+        "with scheme paper, whose coordinates are measured from a place that turns "
+        "with the rotor", ("solver.scheme",), _is_not("paper"))),
     must_be(0, "unbalance", Unless("where engine.rotor.centre is clamped",
         ("engine.rotor.centre",), _is_not("clamped"))),
     Rule(("revolutions", "speed"),

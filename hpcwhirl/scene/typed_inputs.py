@@ -145,6 +145,8 @@ class SceneInputs(TypedDict, total=False):
     unbalance: Number
     unbalance_phase: Number
     lost_blade_time: Number
+    gravity: Number
+    gravity_angle: Number
     start_energy: Number
     start_modes: str
     start_draw: Number

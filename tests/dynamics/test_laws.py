@@ -57,7 +57,8 @@ def test_the_ledger_closes(scenes, name, scheme):
     if "points" in name:  # whose gaps the next law does not see
         assert history.gap_error < 1e-9
     assert residual <= 1e-11 * sum(map(abs, ledger.values())) + history.blur[0]
-    assert np.all(np.diff(history.lost) >= -1e-12 * abs(history.lost).max())
+    if "lost blade, unlike" not in name:  # such springs' energy is booked as loss
+        assert np.all(np.diff(history.lost) >= -1e-12 * abs(history.lost).max())
 
 
 LOST = {"pulse": 2.4e-3, "plan": "everything"}, 1000  # a pulse during contact; steps
@@ -193,7 +194,8 @@ def test_one_force_pushes_both_bodies_apart(scenes, name, scheme):
 def mirrored(given, blades):
     """Return the inputs of a scene in a mirror through blade 0."""
     told = {"speed": -300.0}
-    for key in ("unbalance_phase", "acceleration", "offset_angle", "speed_to"):
+    angles = "unbalance_phase", "gravity_angle", "offset_angle"
+    for key in (*angles, "acceleration", "speed_to"):
         if key in given:
             told[key] = -given[key]
     if "mistuning" in given:
@@ -244,7 +246,7 @@ def test_a_scheme_agrees_with_the_paper_s(scenes, name, scheme, monkeypatch):
     given = {"duration": 2.4e-3} if "run" in name else {}
     one, other = (
         scenes.march(name, n, **given).run()
-        for n in (scheme, ORACLE.get(name, "paper"))
+        for n in (scheme, "general" if "weight" in name else ORACLE.get(name, "paper"))
     )
     assert one.contacts == other.contacts > 0
     for series in ("tips", "centre", "casing", "energy", "worn"):

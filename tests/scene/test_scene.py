@@ -76,7 +76,8 @@ STANDING = [  # what supports do in the static frame
 BEARING = "engine.rotor.bearing"
 LOST = "engine.rotor.lost_blade"
 NEEDS = dict.fromkeys(  # but for 0
-    [*STANDING, "unbalance", "gap_at", "engine.rotor.shaft", LOST, BEARING], TURNING
+    [*STANDING, "unbalance", "gravity", "gap_at", "engine.rotor.shaft", LOST, BEARING],
+    TURNING,
 )
 NEEDS["engine.rotor.shaft_station"] = TURNING | {
     "shaft": text_of(

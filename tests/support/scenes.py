@@ -53,6 +53,7 @@ SHAFT = {
         ],
     }, "the shaft"),
 }  # fmt: skip
+WEIGHT = {"gravity": 9.81, "gravity_angle": -1.4}
 START = {
     "start_energy": 5.0, "start_modes": "rotor suspension, casing 2",
     "start_draw": 3.0, "force": 0.0,
@@ -83,6 +84,14 @@ TABLE = {  # scene: what is set, the schemes that march it
     "lost blade later, elements": (
         FULL | ELEMENTS | {"lost_blade": 2, "lost_blade_time": 1.5e-3}, ("modal",)
     ),
+    "weight": (FULL | WEIGHT, ("modal", "general")),
+    "weight, unbalance": (FULL | WEIGHT | {"unbalance": 5e-3}, ("modal",)),
+    "weight, unequal": (FULL | UNEQUAL | WEIGHT | {"unbalance": 5e-3}, ("modal",)),
+    "weight, unequal, unlike supports": (
+        FULL | UNEQUAL | WEIGHT | {"stiffness_difference": 1.2e7}, ("modal",),
+    ),
+    "weight, lost blade": (FULL | WEIGHT | {"lost_blade": 2}, ("modal",)),
+    "weight, elements": (FULL | ELEMENTS | WEIGHT, ("modal",)),
     "film": (FULL | {"film_viscosity": 0.01}, ("modal", "paper")),
     "unequal, film": (FULL | UNEQUAL | {"film_viscosity": 0.01}, ("modal",)),
     "unlike supports": (

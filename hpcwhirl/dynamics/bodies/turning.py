@@ -33,7 +33,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import law_of
-from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced, steady
+from hpcwhirl.case.unbalance import centre_of, circle, has_steady, steady
 from hpcwhirl.dynamics.bodies.motion import CentralSteps
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, Stand
 from hpcwhirl.dynamics.kernels.standing import (
@@ -387,6 +387,6 @@ def coupled_body(model: Model, scene: Scene) -> CoupledBody:
         tangential=np.ascontiguousarray(tangential),
         stand=standing(model, scene, step.inverse, hub),
     )
-    if is_unbalanced(scene) and law_of(scene) is None:
+    if has_steady(scene) and law_of(scene) is None:
         return circling_modes(body, model, scene)
     return body

@@ -9,7 +9,13 @@ import hpcwhirl.dynamics.kernels.oracle.modes
 import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, law_of
-from hpcwhirl.case.unbalance import circle, share_at_start, steady_at, steady_rates
+from hpcwhirl.case.unbalance import (
+    circle,
+    missing_at_start,
+    share_at_start,
+    steady_at,
+    steady_rates,
+)
 from hpcwhirl.dynamics.bodies.motion import CentralSteps, Motion, after_loss
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, modal_arrays
 from hpcwhirl.dynamics.bodies.turning import by_diameter, steps_on, turning
@@ -56,8 +62,8 @@ class _Spinning(TwoBodies):
         both = held, modal_coordinates(model.casing, step)
         super().__init__(model, scene, arrays, both)
         if still is not None:
-            lift = (share_at_start(model, scene) - 1.0) * held.lower()
-            now, rate = (lift @ part for part in self._steady(0.0))
+            lower = held.lower()
+            now, rate = (lower @ part for part in missing_at_start(model, scene))
             self.put_on_circle(now, held.steps.increments(now, rate))
 
     def motion(self, state: BodiesState, steps: int) -> Motion:

@@ -9,7 +9,12 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, angle_at, law_of
-from hpcwhirl.case.unbalance import share_at_start, steady_at, steady_rates
+from hpcwhirl.case.unbalance import (
+    missing_at_start,
+    share_at_start,
+    steady_at,
+    steady_rates,
+)
 from hpcwhirl.dynamics.bodies.motion import (
     Amplitudes,
     Motion,
@@ -94,12 +99,14 @@ class BothAsWaves(Integrator):
         loading.
         """
         share, state = share_at_start(self.model, self.scene), self.state
-        self._write(*self._steady(share - 1.0))
+        lower = self.model.rotor.shapes.T @ self.model.rotor.mass
+        places, rates = missing_at_start(self.model, self.scene)
+        self._write(lower @ places, lower @ rates)
         if share < 1.0:
             state.sums_b[2] = state.ledger[contact.PULSE] = self.balance(state).energy
 
-    def _steady(self, share: float) -> tuple[Floats, Floats]:
-        """Return a share of the steady motion at time 0, in modes at rest, (m,) each.
+    def _steady(self) -> tuple[Floats, Floats]:
+        """Return the steady motion at time 0, in modes at rest, (m,) each.
 
         It is 0 for a balanced rotor.
         """
@@ -107,7 +114,7 @@ class BothAsWaves(Integrator):
         if not len(self.waves.apart[2]):
             none = np.zeros(len(model.rotor.omega))
             return none, none
-        lower = share * model.rotor.shapes.T @ model.rotor.mass
+        lower = model.rotor.shapes.T @ model.rotor.mass
         places = steady_at(model, scene, 0.0)
         return lower @ places, lower @ steady_rates(model, scene, 0.0)
 
@@ -169,7 +176,7 @@ class BothAsWaves(Integrator):
             return False
         nothing_booked(state, exact=False)
         beside = self.waves.places()[1]
-        still, rate = self._steady(1.0)
+        still, rate = self._steady()
         self._write(now.rotor - still, now.rotor_rate - rate)
         if len(beside):
             state.rotor[beside] = self.waves.casing.write(now.casing, now.casing_rate)

@@ -14,7 +14,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.case.unbalance import share_at_start, steady_at
+from hpcwhirl.case.unbalance import share_at_start, steady_start
 from hpcwhirl.dynamics.bodies.motion import (
     CentralSteps,
     Motion,
@@ -213,12 +213,12 @@ class TwoBodies(Integrator):
         """
         model, scene, state, m = self.model, self.scene, self.state, len(own)
         share = share_at_start(model, scene)
-        outward = steady_at(model, scene, 0.0)[model.places[0]]
+        outward = steady_start(model, scene)[0][model.places[0]]
         state.q_b[:m], state.d_b[:m] = own, rises
         if m < len(state.q_b):
             state.q_b[m:], state.d_b[m:] = amplitudes_at(0, model, scene)
         for gaps in (state.gaps, state.older):
-            gaps[:] = model.clearances(scene.gap) - share * outward
+            gaps[:] = model.clearances(scene.gap) - outward
         if share < 1.0:
             state.ledger[PULSE] = self.balance(state).energy
 
