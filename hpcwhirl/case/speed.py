@@ -486,10 +486,10 @@ def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
             f"{law.rate:.6g}"
         )
     spin = model.rotor.spin
-    if spin is not None and (spin.released is not None or not spin.support.is_plain):
+    if spin is not None and not spin.support.is_plain:
         table = scene.speed_table
         got = shown(table) if table else f"{scene.acceleration:.6g}"
         raise InputError(
-            "acceleration must be 0, and speed_table empty, where a blade is lost, or "
-            f"supports differ by direction or have a film, got {got}"
+            "acceleration must be 0, and speed_table empty, where supports differ by "
+            f"direction or have a film, got {got}"
         )

@@ -155,7 +155,8 @@ def test_every_input_is_set_and_written_by_its_dotted_name():
     values = {name: another(name) for name in input_names()}
     values["engine.rotor.mistuning"] = []  # not with a file, and of another length
     values["engine.casing.families"] = "all"  # of elements
-    values |= {**dict.fromkeys(STANDING, 0.0), "unbalance": 0.0}  # of a clamped centre
+    still = *STANDING, "unbalance", "gravity"  # of a clamped centre
+    values |= dict.fromkeys(still, 0.0)
     values["engine.rotor.shaft_station"] = 0  # of a shaft with mass
     values |= {"engine.rotor.shaft": "springs", LOST: -1, BEARING: ""}
     values["lost_blade_time"] = 0.0  # nor without its blade
