@@ -9,7 +9,7 @@ without these is integrated by `modal`, step by step.
 from __future__ import annotations
 
 from hpcwhirl.case.speed import changes
-from hpcwhirl.case.unbalance import swings
+from hpcwhirl.case.unbalance import weighs
 from hpcwhirl.reduction.model import Model, has_waves, is_cyclic
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
@@ -33,7 +33,7 @@ def handed_over(model: Model, scene: Scene) -> str:
             spin is not None and not spin.support.is_plain,
             "supports differ by direction or have a film",
         ),
-        (swings(scene), "the rotor's weight moves it in its own frame"),
+        (weighs(scene), "the rotor's weight moves it in its own frame"),
         (model.rotor.points is not None, "tips have several contact points"),
         (
             not (is_cyclic(model) or has_waves(model)),

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.growth import largest_free_growth
 from hpcwhirl.case.profile import room_of, shape_of
-from hpcwhirl.case.unbalance import has_steady, swings
+from hpcwhirl.case.unbalance import has_steady, weighs
 from hpcwhirl.errors import ModelError
 from hpcwhirl.reduction.model import Model, has_families
 from hpcwhirl.reduction.modes import ModalModel, Spin, SpinBlock
@@ -176,7 +176,7 @@ def plan_of(scene: Scene, model: Model) -> Plan:
     lean = scene.solver.plan == "lean" and SCHEMES[scene.solver.scheme].settles
     spin = model.rotor.spin
     lean = lean and (spin is None or spin.support.is_plain)
-    lean = lean and growth == 0.0 and settling < math.inf and not swings(scene)
+    lean = lean and growth == 0.0 and settling < math.inf and not weighs(scene)
     wanted = scene.solver.until == "certain" or settling < SOON * scene.end_time
     return Plan(folds, lean and wanted, settling, growth)
 

@@ -54,14 +54,14 @@ def loss_step(scene: Scene) -> int:
     return max(1, round(scene.lost_blade_time / scene.solver.time_step))
 
 
-def swings(scene: Scene) -> bool:
-    """Return whether the steady motion is none that turns with the rotor: by weight."""
+def weighs(scene: Scene) -> bool:
+    """Return whether the rotor has its weight."""
     return scene.gravity > 0.0
 
 
 def has_steady(scene: Scene) -> bool:
     """Return whether the rotor has a `steady` motion other than rest."""
-    return is_unbalanced(scene) or swings(scene)
+    return is_unbalanced(scene) or weighs(scene)
 
 
 def weight_of(scene: Scene) -> complex:
@@ -287,7 +287,7 @@ def share_at_start(model: Model, scene: Scene) -> float:
     found, room = steady(model, scene), (1.0 - CLEAR) * clear
     if found is None or _reach(model, scene, found) <= room:
         return 1.0
-    sag = _reach(model, scene, found.only(1)) if swings(scene) else 0.0
+    sag = _reach(model, scene, found.only(1)) if weighs(scene) else 0.0
     return max(room - sag, 0.0) / _reach(model, scene, found.only(0))
 
 
@@ -300,7 +300,7 @@ def check_unbalance(model: Model, scene: Scene) -> None:
     if found is None:
         return
     sag, room = _reach(model, scene, found.only(1)), room_of(scene)
-    if swings(scene) and not sag < room:
+    if weighs(scene) and not sag < room:
         raise InputError(
             f"gravity must be < {scene.gravity * max(room, 0.0) / sag:.6g} m/s^2: the "
             f"rotor's sag moves blades by {sag:.6g} m, the gap leaves {room:.6g} m, "
@@ -377,7 +377,7 @@ def facts_of_weight(model: Model, scene: Scene) -> dict[str, Any] | None:
     None without gravity.
     """
     found, room = steady(model, scene), room_of(scene)
-    if found is None or not swings(scene):
+    if found is None or not weighs(scene):
         return None
     sag = centre_of(model, found.of(1).conj()) / 2
     change = 2.0 * float(np.abs(found.of(1)[model.places[0]]).max())

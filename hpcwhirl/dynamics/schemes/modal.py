@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hpcwhirl.case.unbalance import swings
+from hpcwhirl.case.unbalance import weighs
 from hpcwhirl.dynamics.schemes import general
 from hpcwhirl.dynamics.schemes.equal_sectors import equal_sectors
 from hpcwhirl.dynamics.schemes.integrator import Integrator
@@ -25,6 +25,6 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """
     equal = has_waves(model) or is_cyclic(model)
     one = None
-    if equal and model.rotor.points is None and not swings(scene):
+    if equal and model.rotor.points is None and not weighs(scene):
         one = equal_sectors(model, scene, beat)
     return one or points_apart(model, scene) or general.build(model, scene, beat)
