@@ -26,6 +26,7 @@ from hpcwhirl.scene.quantities import (
     BLADES,
     CHAOS,
     ESTIMATED,
+    LOST,
     OVER_SPEED,
     REFINED,
     ROW,
@@ -49,7 +50,8 @@ NEEDS = (
     | dict.fromkeys(ESTIMATED, 'solver.estimate = "step"')
     | dict.fromkeys(BLADES, 'output.traces = "blades" or "full"')
     | dict.fromkeys(WORN, "a layer that wears (casing.contact_law)")
-    | dict.fromkeys(OVER_SPEED, "a speed or gap that changes")
+    | dict.fromkeys(OVER_SPEED, "a speed or gap that changes, or a blade lost later")
+    | dict.fromkeys(LOST, "a lost blade (engine.rotor.lost_blade)")
     | dict.fromkeys(REFINED, "the table [refine]")
     | dict.fromkeys(SHARE, "the table [twins]")
 )

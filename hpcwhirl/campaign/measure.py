@@ -27,6 +27,7 @@ from hpcwhirl.scene.quantities import (
     CHAOS,
     ESTIMATED,
     INPUTS,
+    LOST,
     OVER_SPEED,
     PERFORMANCE,
     ROW,
@@ -219,8 +220,9 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
         msg = f"variables: a name has only letters, digits and _, got {shown(name)}"
         raise InputError(msg)
     taken = {
-        *ROW, *BLADES, *CHAOS, *ESTIMATED, *OVER_SPEED, *WORN, *TUNED, *STATUS, *TRACES,
-        *AXES, *PERFORMANCE, *SHARE, GROUP, CELLS, BOUNDARIES, WHY_NOT, "performance",
+        *ROW, *BLADES, *CHAOS, *ESTIMATED, *OVER_SPEED, *LOST, *WORN, *TUNED, *STATUS,
+        *TRACES, *AXES, *PERFORMANCE, *SHARE, GROUP, CELLS, BOUNDARIES, WHY_NOT,
+        "performance",
     }  # fmt: skip
     if name in taken | set(map(variable_name, INPUTS)):
         raise InputError(
@@ -261,6 +263,7 @@ def one_case(
         **BLADES,
         **CHAOS,
         **ESTIMATED,
+        **LOST,
         **WORN,
         **TRACES,
         "time": AXES["time"],

@@ -30,6 +30,7 @@ from hpcwhirl.analysis.regimes import (
     name_regime,
 )
 from hpcwhirl.analysis.rules import motion_of
+from hpcwhirl.analysis.support_force import loss_numbers, support_force
 from hpcwhirl.analysis.whirl import static_frame
 from hpcwhirl.case.coarser import longer_step
 from hpcwhirl.case.handover import TOLD as HANDED_OVER
@@ -47,6 +48,7 @@ from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.quantities import ROW
+from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.units import in_shown, with_unit
 from hpcwhirl.scene.words import (
     BEYOND_FILM,
@@ -406,16 +408,16 @@ def result_of(case: Case, history: History) -> Result:
     terms = LEDGER_TERMS if wears(scene) else [t for t in LEDGER_TERMS if t != "wear"]
     row |= {f"ledger_{term}": history.ledger[term] for term in terms}
     row |= found
-    if changes(scene):
+    if changes(scene) or case.loses:
         row["words_over_speed"] = told_over_speed(words_over_speed(case, history))
-    row |= wear_numbers(scene, history.layer)
+    row |= loss_numbers(case, history) | wear_numbers(scene, history.layer)
     row["sample_interval"] = history.interval
     row |= blade_numbers(history.time, history.tips, (1 - STEADY_SHARE) * history.end)
     performance: dict[str, Value] = {
         "seconds": history.seconds,
         "microseconds_per_step": 1e6 * history.seconds / max(history.steps, 1),
     }
-    return Result(row, _traces(scene, history), performance)
+    return Result(row, _traces(case, history), performance)
 
 
 def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
@@ -449,7 +451,8 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     return notes
 
 
-def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
+def _traces(case: Case, history: History) -> dict[str, NDArray[np.float64]]:
+    scene = case.scene
     if scene.output.traces in {"summary", "blades"}:
         return {}
     traces = {
@@ -461,6 +464,9 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
         "rubbed": history.friction,
         "lost": history.lost,
     }
+    if case.given.engine.rotor.lost_blade != NO_BLADE:
+        force = support_force(case, traces["time"], traces["centre"])
+        traces |= {"support": force} if len(force) else {}
     if scene.output.traces == "full":
         traces |= {
             "tips": history.tips,

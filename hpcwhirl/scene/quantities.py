@@ -159,6 +159,14 @@ OVER_SPEED: dict[str, Quantity] = {
     **_text("S4096", words_over_speed="words by windows: times, s, speeds, rad/s,"
              " regime, whirl; one interval after the other"),
 }  # fmt: skip
+# variables of campaigns in which a blade is lost; NaN: the shaft bends
+LOST: dict[str, Quantity] = {
+    **_real("N", support_peak="largest force of the support on the shaft's centre"),
+    **_real("s", support_peak_time="time of support_peak"),
+    **_real("N m", friction_torque="mean torque of friction on the rotor in the run"),
+    **_real("J", released_energy="kinetic energy of the blade as it leaves, without its"
+             " vibration; 0 if none leaves in the run"),
+}  # fmt: skip
 # variables of campaigns with a layer on the casing that wears
 WORN: dict[str, Quantity] = {
     **_real("J", ledger_wear="work of wear of a layer on the casing"),
@@ -233,6 +241,9 @@ TRACES: dict[str, Quantity] = {
         "stress of the vibration at named points of each blade: von Mises' of six "
         "components, one with its sign",
         axes=("blade", "place"),
+    ),
+    "support": Quantity(
+        "N", "force of the support on the shaft's centre, static frame", axes=("xy",)
     ),
     "worn": Quantity(
         "m", "worn depth of each rod of the casing's layer", axes=("rod",)

@@ -283,6 +283,9 @@ def edge(
     if changes(scene):
         msg = "an edge is followed at constant speed and gap: acceleration, "
         raise InputError(f"{msg}gap_closure must be 0, speed_table, gap_table empty")
+    if scene.lost_blade_time > 0.0:
+        msg = "an edge is followed of one rotor: lost_blade_time must be 0 s, got "
+        raise InputError(f"{msg}{scene.lost_blade_time:g}")
     law = scene.engine.casing.contact_law
     if law != RIGID:
         msg = "no edge is followed between casings that differ by wear: "

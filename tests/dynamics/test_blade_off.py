@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from jeffcott import GAP, MASS, OWN, RATIO, stiff
 
+from hpcwhirl.analysis.support_force import support_force
+from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.unbalance import centre_of, circle, facts_of_unbalance
 from hpcwhirl.cli import main
@@ -272,3 +274,120 @@ def test_a_later_loss_is_told_from_none():
         apply_settings(Scene(), SMALL | {"lost_blade": -1, "lost_blade_time": 1.0})
     with pytest.raises(InputError, match="until must be end or certain where a blade"):
         march_of(lost_blade_time=1e-3, until="decided", longest=4.0)
+
+
+def test_a_run_down_that_hardly_slows_is_a_run_at_constant_speed():
+    given = LATER | {"lost_blade_time": AT, "scheme": "general", "duration": 6e-3}
+    still = march_of(**given).run()
+    slow = march_of(**given, acceleration=-1e-6).run()
+    size = np.abs(still.tips).max()
+    assert slow.contacts == still.contacts > 3
+    assert np.abs(slow.tips - still.tips).max() <= 1e-8 * size
+    assert slow.ledger["residual"] == pytest.approx(
+        0.0, abs=1e-9 * sum(map(abs, slow.ledger.values()))
+    )
+
+
+@pytest.mark.parametrize("at", [0.0, AT])
+def test_the_ledger_of_a_run_down_closes_and_its_parts_have_the_same_bits(at):
+    given = LATER | {"lost_blade_time": at, "acceleration": -2e4, "scheme": "general"}
+    case = resolve(apply_settings(Scene(), SMALL | given))
+    whole = March(case)
+    history = whole.run()
+    ledger = dict(history.ledger)
+    assert abs(ledger.pop("residual")) <= 1e-10 * sum(map(abs, ledger.values()))
+    assert history.contacts > 3
+    for steps in (999, 1500, 2750):
+        march, other = March(case), March(case)
+        march.advance(steps)
+        assert restore(other, snapshot(march))
+        other.run()
+        assert (other.tracks.tips == whole.tracks.tips).all()
+
+
+def translation(rotor, blades):
+    """Return the coordinates of a rotor, (n, 2), moved by 1 along x and along y."""
+    size = 2 * blades + 2
+    angles = 2 * np.pi * np.arange(blades) / blades
+    moved = np.zeros((len(rotor.mass), 2))
+    moved[0 : 2 * blades : 2] = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    moved[1 : 2 * blades : 2] = np.stack([-np.sin(angles), np.cos(angles)], axis=1)
+    moved[size - 2 : size] = np.eye(2)
+    inner = rotor.mass[size:, size:]
+    assert np.linalg.cond(inner) < 1e12
+    held = rotor.stiffness[size:, size:]
+    moved[size:] = np.linalg.solve(held, -rotor.stiffness[size:, :size] @ moved[:size])
+    return moved
+
+
+@pytest.mark.parametrize(
+    "more", [{}, {"cross_coupling": 2e6}, {"suspension_damping": 0.2}]
+)
+def test_the_support_gives_the_momentum_that_contact_does_not(more):
+    """Of the rotor that is left, in the static frame, after the loss.
+
+    d/dt of M x' over a translation is the force of the support, of contact, and of the
+    rotor's modal damping, which is almost none; the circling pull of the lost blade is
+    that of the rotor's centre of mass.
+    """
+    scene = apply_settings(Scene(), SMALL | LATER | {
+        "scheme": "modal", "lost_blade_time": AT, "interval": 2e-6, "unbalance": 0.0,
+        "engine.rotor.damping": 0.0, "suspension_damping": 0.02, "duration": 6e-3,
+    } | more)  # fmt: skip
+    case = resolve(scene)
+    march = March(case)
+    steps, omega, step = march.lost_at, scene.speed, scene.solver.time_step
+    march.advance(steps + 1)
+    rotor = march.model.rotor
+    push = translation(rotor, 5)
+    assert np.abs(rotor.stiffness @ push)[10:12].max() == pytest.approx(
+        scene.engine.rotor.centre_stiffness, rel=1e-6
+    )
+    pull = rotor.terms.released @ push
+
+    def momentum():
+        now = march.motion()
+        turn = np.exp(1j * omega * march.steps * step)
+        moving = push.T @ rotor.mass @ now.rotor_velocity
+        place = push.T @ rotor.mass @ now.rotor
+        return ((moving + 1j * omega * (place + pull)) @ [1, 1j]) * turn
+
+    before = momentum()
+    march.run()
+    after = momentum()
+    history = march.history()
+    time, late = history.time, np.arange(steps + 1, len(history.time))
+    z = (history.centre @ [1, 1j]) * np.exp(1j * omega * time)
+    force = support_force(case, time, np.stack([z.real, z.imag], axis=1))
+    by_support = step * (force[late] @ [1, 1j]).sum()
+    lam = np.diff(history.blade_impulse, axis=0)[steps:]
+    angles = omega * time[steps + 1 :, None] + 2 * np.pi * np.arange(5) / 5
+    by_contact = -(lam * (1 + 1j * scene.friction) * np.exp(1j * angles)).sum()
+    assert abs(by_contact) > 0.05 * abs(by_support)
+    assert abs(after - before - by_support - by_contact) <= 5e-3 * abs(by_support)
+
+
+def test_a_case_tells_the_force_of_its_support_and_words_before_and_after():
+    scene = apply_settings(Scene(), SMALL | LATER | {
+        "lost_blade_time": 4e-3, "traces": "orbit", "scheme": "modal",
+        "output.windows": 2, "engine.rotor.taper": 1.0,
+    })  # fmt: skip
+    found = simulate(scene)
+    row, force = found.row, found.traces["support"]
+    sizes = np.hypot(*force.T)
+    assert force.shape == found.traces["centre"].shape
+    assert row["support_peak"] == pytest.approx(sizes.max(), rel=0.05)
+    assert row["support_peak_time"] > 4e-3  # after the loss
+    spring = scene.engine.rotor.centre_stiffness * row["centre_peak"]
+    assert row["support_peak"] == pytest.approx(spring, rel=0.2)
+    pushed = scene.friction * scene.engine.rotor.radius * row["contact_impulse"]
+    assert row["friction_torque"] == pytest.approx(pushed / 8e-3)
+    rotor = scene.engine.rotor
+    mass, moment = moment_of(rotor)
+    length = rotor.radius - rotor.disk_radius
+    inertia = moment**2 / mass + mass * length**2 / 12
+    assert row["released_energy"] == pytest.approx(0.5 * inertia * scene.speed**2)
+    assert row["words_over_speed"].startswith("0..0.00")
+    whole = simulate(apply_settings(scene, {"lost_blade": -1, "lost_blade_time": 0.0}))
+    assert "support_peak" not in whole.row
+    assert "support" not in whole.traces

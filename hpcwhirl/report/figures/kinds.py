@@ -207,7 +207,7 @@ def _lacking(results: Results, kind: Kind) -> str:
     if kind.speed == "constant" and changes_in_time(results.plan):
         return "needs a constant speed and gap: see waterfall"
     if kind.speed == "changing" and not changes_in_time(results.plan):
-        return "needs a campaign with speed or gap that change in time"
+        return "needs a campaign whose speed, gap or rotor changes in time"
     lacking = [name for name in kind.needs if name not in results.kept]
     if not lacking:
         return ""

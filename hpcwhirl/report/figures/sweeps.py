@@ -314,7 +314,10 @@ def draw_waterfall(cases: Results, case: int) -> Any:
     row = cases.rows[case]
     spells = spells_of(str(row.get("words_over_speed", "")))
     if not spells:
-        raise InputError("a waterfall needs a case whose speed or gap changes in time")
+        raise InputError(
+            "a waterfall needs a case whose speed or gap changes in time, or that "
+            "loses a blade later"
+        )
     scene, time = resolved.scene, traces["time"]
     if len(time) < 2 * FEWEST:
         msg = f"a waterfall needs {2 * FEWEST} samples, got {len(time)}: lower interval"

@@ -42,6 +42,7 @@ from hpcwhirl.scene.quantities import (
     CHAOS,
     ESTIMATED,
     INPUTS,
+    LOST,
     PERFORMANCE,
     REFINED,
     ROW,
@@ -63,7 +64,9 @@ FACTS = (
     "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
     "libraries", "preset", "preset_loses",
 )  # fmt: skip
-MORE = BLADES | CHAOS | ESTIMATED | WORN | TUNED | REFINED  # columns of some campaigns
+MORE = (  # columns of some campaigns
+    BLADES | CHAOS | ESTIMATED | LOST | WORN | TUNED | REFINED
+)
 LEFT_OUT = ("message", "rank")  # columns of results that the page's table lacks
 CHARTED = ("time", "energy", "power", "line_frequency")  # axes of a case's figures
 DERIVED = {  # {name: (expression, unit, meaning)}

@@ -13,11 +13,12 @@ from hpcwhirl.scene.quantities import (
     BLADES,
     CHAOS,
     ESTIMATED,
+    LOST,
     OVER_SPEED,
     TUNED,
     WORN,
 )
-from hpcwhirl.scene.rules import CHANGING
+from hpcwhirl.scene.rules import CHANGING, NO_BLADE
 from hpcwhirl.scene.units import Quantity
 from hpcwhirl.store.directory.manifest import MEASURE, Manifest
 from hpcwhirl.store.directory.record import Record
@@ -26,6 +27,7 @@ DETAIL = "output.traces"
 MEASURED = "output.chaos"
 ESTIMATE, NO_ESTIMATE = "solver.estimate", "none"
 LAW = "engine.casing.contact_law"
+BLADE = "engine.rotor.lost_blade"
 # Entries of a row that mistuning leaves unchanged.
 MODEL = ("modes", "time_step", "scheme")
 LOOKED_AT = {"blades", "full"}
@@ -49,7 +51,7 @@ def measured_of(plan: Manifest) -> dict[str, Quantity]:
 def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
     """Return the variables that a plan's inputs ask for, {variable: unit, meaning}.
 
-    These are numbers of blades, chaos, estimates, changing speed and wear.
+    These are numbers of blades, chaos, estimates, changing speed, a lost blade, wear.
     """
     found: dict[str, Quantity] = {}
     if details_of(plan) & LOOKED_AT:
@@ -57,12 +59,14 @@ def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
     found |= CHAOS if any(plan.values(MEASURED, 0.0)) else {}
     found |= ESTIMATED if {*plan.values(ESTIMATE, NO_ESTIMATE)} - {NO_ESTIMATE} else {}
     found |= OVER_SPEED if changes_in_time(plan) else {}
+    found |= LOST if {*plan.values(BLADE, NO_BLADE)} - {NO_BLADE} else {}
     return found | (WORN if {*plan.values(LAW, RIGID)} - {RIGID} else {})
 
 
 def changes_in_time(plan: Manifest) -> bool:
-    """Return whether speed or gap change in time in any case of a plan."""
-    return any(any(plan.values(name, usual)) for name, usual in CHANGING.items())
+    """Return whether speed, gap or rotor change in time in any case of a plan."""
+    usual = CHANGING | {"lost_blade_time": 0.0}
+    return any(any(plan.values(name, value)) for name, value in usual.items())
 
 
 def details_of(plan: Manifest) -> set[str]:
