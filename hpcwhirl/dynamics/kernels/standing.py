@@ -146,7 +146,7 @@ def force_at(own, place, moving, turned):
 def turned_by_steps(support, number, turned):
     """Return e^{-2 i Omega t} at a step, by a table of the steps after every 64th.
 
-    support, number : `wave_types.SlotSupport`; number of the step
+    support, number : `loop.wave_types.SlotSupport`; number of the step
     turned : (3,), in and out: re and im at such a step; its number
     """
     size = len(support.turns) // 2
@@ -164,7 +164,7 @@ def turned_by_steps(support, number, turned):
 def find_force(support, q, number, turned, push):
     """Compute the supports' force in a step from the waves of equal sectors.
 
-    support : `wave_types.SlotSupport`; its slot is in the first group of four
+    support : `loop.wave_types.SlotSupport`; its slot is in the first group of four
     q : amplitudes after the step without forces
     number, turned : as in `turned_by_steps`, at the step's start
     push : (2,), N, out: the force, x and y
@@ -189,7 +189,7 @@ def find_force(support, q, number, turned, push):
 def push_group(gives, x, y, q):
     """Add the change by the supports' force to the amplitudes q of the first group.
 
-    gives : `wave_types.SlotSupport.gives`
+    gives : `loop.wave_types.SlotSupport.gives`
     x, y : N, the force, in all four lanes
     """
     for m in range(0, len(gives) // 2, FOUR):
@@ -203,7 +203,7 @@ def hold_centre(support, q, time, centre):
 
     Return its components x and y, N, rotating frame.
 
-    support : `wave_types.PointsSupport`
+    support : `loop.wave_types.PointsSupport`
     q : amplitudes, in and out: in those after the step without forces
     time : s, at the step's start, at which the supports' directions are taken
     centre : (n,), out: the amplitudes that change, as they were
