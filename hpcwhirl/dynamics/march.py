@@ -27,9 +27,8 @@ from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Strides, Tracks
 from hpcwhirl.dynamics.kernels.loop.flight import LESS
-from hpcwhirl.dynamics.schemes import scheme_of
+from hpcwhirl.dynamics.schemes import before_and_after, scheme_of
 from hpcwhirl.dynamics.schemes.by_sectors import folds_well
-from hpcwhirl.dynamics.schemes.loss import before_and_after
 from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
 from hpcwhirl.dynamics.waves.casing import wall_of

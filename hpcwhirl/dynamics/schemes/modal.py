@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.unbalance import weighs
 from hpcwhirl.dynamics.schemes import general
 from hpcwhirl.dynamics.schemes.equal_sectors import equal_sectors
@@ -28,3 +29,19 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
     if equal and model.rotor.points is None and not weighs(scene):
         one = equal_sectors(model, scene, beat)
     return one or points_apart(model, scene) or general.build(model, scene, beat)
+
+
+def before_and_after(
+    before: Marched, after: Marched, beat: int
+) -> tuple[Integrator, Integrator]:
+    """Return the integrators of a rotor before and after it loses a blade.
+
+    The whole rotor is integrated as one of unequal sectors, so that both are of one
+    kind. Two waves of either that nearly coincide leave both to scheme `general`.
+
+    Parameters are those of `schemes.before_and_after`.
+    """
+    first, second = (points_apart(part.model, part.scene) for part in (before, after))
+    if first is None or second is None:
+        first, second = (general.build(*part[::-1], beat) for part in (before, after))
+    return first, second
