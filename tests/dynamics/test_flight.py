@@ -1,5 +1,7 @@
 """The exact scheme: flow of free modes, flights, certificate."""
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 from alike import assert_alike, assert_same_in_parts
@@ -76,9 +78,15 @@ def spread(rng, size, share):
     return (out[0] + 1j * out[1]) * (rng.random(size) < share)
 
 
+@lru_cache(maxsize=1)
+def free_of(march):
+    """Return the free motion of a march, made once."""
+    return march.scheme.free()
+
+
 def random_state(march, rng, share=1.0):
     """Put a random free motion of a share of all waves, as fast ones, into a march."""
-    free = march.scheme.free()
+    free = free_of(march)
     rate = np.abs(free.ahead)
     a = 1e-6 * spread(rng, len(rate), share)
     free.put(march.state, np.divide(a, rate, out=0 * a, where=rate > 1e-12))
@@ -87,7 +95,7 @@ def random_state(march, rng, share=1.0):
 def flown(march, steps):
     """Return the gaps `steps` (any real number) after the state of a march, m."""
     step, scheme, free = (
-        march.scene.solver.time_step, march.scheme, march.scheme.free(),
+        march.scene.solver.time_step, march.scheme, free_of(march),
     )  # fmt: skip
     a = free.amplitudes(march.state) * np.exp(steps * np.log1p(free.ahead))
     row, slot = np.nonzero(scheme.ring.there)
