@@ -97,7 +97,7 @@ def _explained(name: str) -> list[str]:
     counts = {
         path.stem: path.read_text("utf-8").count(f"`{name}")
         for path in sorted(MANUAL.glob("*.md"))
-        if path.stem != "changes"
+        if not path.stem.startswith("changes")
     }
     return sorted((p for p in counts if counts[p]), key=lambda p: -counts[p])[:4]
 
