@@ -210,6 +210,22 @@ def schemes_agree(settings: Settings) -> str:
     return runs[0].words()
 
 
+def handed_over(word: str) -> Law:
+    """Return the law: `exact` hands over to `modal`, for a reason that has the word."""
+
+    def law(settings: Settings) -> str:
+        """`exact` hands over to `modal`, to the bit, and says why."""
+        one, other = (checked({**settings, "scheme": s}) for s in ("exact", "modal"))
+        told = one.march.case.handed_over
+        require(word in told, f"'{word}' is not in: {told}")
+        for name in ("tips", "centre", "impulse", "energy"):
+            a, b = getattr(one.history, name), getattr(other.history, name)
+            require(np.array_equal(a, b), f"{name} differ")
+        return one.words()
+
+    return law
+
+
 def mirrored(settings: Settings) -> str:
     """Turn the other way: the motion is mirrored."""
     one = checked(settings)

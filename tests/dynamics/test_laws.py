@@ -309,7 +309,9 @@ def test_rest_stays_rest(scenes, name, scheme):
 
 def steady_tips(march, history):
     """Return the tips' motion without contact by an unbalance, (n, N, 2), m."""
-    places = np.stack(march.model.places, axis=-1)
+    points, places = march.model.rotor.points, np.stack(march.model.places, axis=-1)
+    if points is not None:  # of each tip the trace has one
+        places = places.reshape(-1, points.count, 2)[:, points.reference]
     moved = [steady_at(march.model, march.scene, t)[places] for t in history.time]
     return np.array(moved)
 

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 import scipy.linalg
 import stage as stages
+from alike import assert_same_bits
 from dense_blade import multipliers
 from rotor_files import arrays_in, exported, written
 from stage import ANGLES, GAPS, STATIONS, N, by_modes, rotor, turning
 
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.contact import pulse_of
 from hpcwhirl.dynamics.kernels.loop.wave_types import PointRows, SectorRows
 from hpcwhirl.dynamics.kernels.vectors import widths
@@ -389,10 +391,6 @@ def test_nearly_dependent_points_of_equal_sectors_move_alike(tmp_path, apart):
 
 
 REFUSED = [
-    (
-        {"scheme": "exact"},
-        "scheme must be 'modal' or 'general' or 'paper' with 3 contact",
-    ),
     ({"gap_at": "rest", "rotation": "full"}, "gap_at must be speed with 3 contact"),
     ({"contact_law": "archard"}, "casing.contact_law must be rigid where tips have"),
     ({"casing.width": 0.07}, "rotor/tip_station 0.04 m, beyond the casing, which"),
@@ -405,6 +403,19 @@ def test_what_several_points_do_not_allow_is_told(tmp_path, settings, told):
     with pytest.raises(InputError, match=told) as caught:
         March(resolve(scene(file, suspension_damping=-1.0, **settings)))
     assert len(str(caught.value).splitlines()) == 1
+
+
+def test_exact_hands_several_points_over_to_modal(tmp_path):
+    file = written(tmp_path / "stage.h5", turning(rotor()))
+    exact, modal = (
+        March(resolve(scene(file, suspension_damping=-1.0, scheme=s)))
+        for s in ("exact", "modal")
+    )
+    assert "several contact points" in exact.case.handed_over
+    for march in (exact, modal):
+        march.advance(10**9)
+    assert modal.counter[contact.TOUCHED] > 0
+    assert_same_bits(exact, modal)
 
 
 def test_a_profile_may_not_reach_into_the_casing(tmp_path):

@@ -1,11 +1,12 @@
-"""What a scene adds to the loop `points` is what the loop `bodies` makes of it."""
+"""What a scene adds to the loops of waves is what the loop `bodies` makes of it."""
 
 import numpy as np
 import pytest
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.loop.wave_types import PointRows, PointsRotor, SectorRows
+from hpcwhirl.dynamics.kernels.loop.wave_types import PointsRotor, SlotRotor
+from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings
 
@@ -59,7 +60,8 @@ def off(one, other):
 @pytest.mark.parametrize("name", sorted(SCENES.keys() - IN_TABLE))
 def test_waves_with_a_term_move_as_bodies_do(name):
     waves, bodies = (march_of(name, scheme=s) for s in ("modal", "general"))
-    assert isinstance(waves.scheme.arrays.rotor, PointsRotor)
+    kind = PointsRotor if "uneven" in name else SlotRotor
+    assert isinstance(waves.scheme.arrays.rotor, kind)
     one, other = waves.run(), bodies.run()
     assert one.contacts == other.contacts > 1
     assert off(one.tips, other.tips) < 1e-9
@@ -86,9 +88,15 @@ def test_a_term_in_slices_gives_the_same_bits(name):
 
 def test_supports_push_only_the_waves_that_move_the_centre():
     """With equal sectors those of nodal diameter 1; with unequal ones all may."""
-    equal, uneven = (march_of(n, scheme="modal") for n in ("unlike", "unlike, uneven"))
-    for march, kind in ((equal, SectorRows), (uneven, PointRows)):
-        assert isinstance(march.scheme.arrays.rotor.rows, kind)
-    rotor, waves = equal.scheme.arrays.rotor, equal.scheme.waves.rotor
-    assert 0 < rotor.support.used < len(waves.ahead)  # of twice as many real amplitudes
-    assert uneven.scheme.arrays.rotor.support.used > rotor.support.used
+    equal, uneven = (
+        march_of(n, scheme="modal").scheme for n in ("unlike", "unlike, uneven")
+    )
+    support, slots = equal.arrays.rotor.support, equal.rotor.there.shape[1]
+    pushed = support.gives.reshape(-1, 2, FOUR).any(axis=(0, 1))
+    assert np.flatnonzero(pushed).tolist() == [1] == [support.slot]
+    assert np.array_equal(
+        equal.arrays.rotor.centre,
+        equal.at.rotor_at(np.flatnonzero(equal.rotor.there[:, 1]), 1),
+    )
+    assert slots <= FOUR  # so that one group has all waves
+    assert uneven.arrays.rotor.support.used > 2 * equal.rotor.there[:, 1].sum()
