@@ -80,9 +80,14 @@ def test_only_what_will_be_drawn_is_foreseen(
     assert told["seconds_after"].keys() == found.after.keys()
 
 
-def test_what_any_case_keeps_is_foreseen_whichever_comes_first(tmp_path):
-    sweep = {"traces": ["summary", "orbit", "full"], "blades": [12, 22]}
-    design = design_of({**SHORT, "sweep": sweep, "output": {"interval": 5e-5}})
+@pytest.mark.parametrize("sweep", [
+    {"traces": ["summary", "orbit", "full"], "blades": [12, 22]},
+    {"traces": ["summary", "orbit"], "rotation": ["full"], "lost_blade": [-1, 3],
+     "amplitude_limit": [0.5]},
+])  # fmt: skip
+def test_what_any_case_keeps_is_foreseen_whichever_comes_first(tmp_path, sweep):
+    interval = 5e-5 if "full" in sweep["traces"] else 2e-6
+    design = design_of({**SHORT, "sweep": sweep, "output": {"interval": interval}})
     told = forecast(design, Directory(tmp_path)).disk
     prepare(design, Directory(tmp_path))
     assert run_campaign(design, Directory(tmp_path)).failed == 0

@@ -37,7 +37,6 @@ from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.heartbeats import begun
 from hpcwhirl.store.directory.runs import COSTS, Runs
-from hpcwhirl.store.results.contents import sizes_of
 from hpcwhirl.store.results.layout import Bytes, bytes_of
 from hpcwhirl.store.results.variables import DETAIL, LAW
 
@@ -57,6 +56,8 @@ GATHERED, A_ROW, A_BYTE = 0.1, 5e-5, 3e-9
 DRAWN, A_CELL = 1.7, 4e-6
 PAGE, A_RECORD = 0.07, 8e-4
 RODS = ("engine.casing.layer_edge", "engine.rotor.radius", "engine.casing.layer_rods")
+# inputs whose largest values, or a lost blade, need the largest samples of traces
+MOST = ("engine.rotor.blades", "engine.casing.harmonics", "engine.rotor.lost_blade")
 KEEPING = ("orbit", "full")  # values of output.traces that keep traces
 
 
@@ -438,8 +439,8 @@ def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
         count, intervals[cases] = _sampling(*asked)
         kept = np.isin(get(DETAIL), KEEPING)
         samples[cases] = np.where(kept, longest[cases] * count, 0.0)
-    sizes = sizes_of(_kinds(design))
-    return bytes_of(design.manifest(), samples, intervals, sizes, facts_of(design))
+    kinds = _kinds(design)
+    return bytes_of(design.manifest(), samples, intervals, kinds, facts_of(design))
 
 
 def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]:
@@ -481,7 +482,7 @@ def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
     """Return the numbers of the cases with the largest samples of traces.
 
     For each value of `output.traces` these are the cases with the most blades,
-    harmonics or rods of a wearing layer.
+    harmonics or rods of a wearing layer, and one that loses a blade.
 
     Parameters
     ----------
@@ -491,7 +492,7 @@ def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
     found, laws = set[int](), design.columns.values(LAW)
     for word in KEEPING:
         cases = np.flatnonzero(detail == word)
-        for name in ("engine.rotor.blades", "engine.casing.harmonics"):
+        for name in MOST:
             if len(cases):
                 found.add(int(cases[design.columns.values(name)[cases].argmax()]))
         worn = cases[laws[cases] != RIGID]

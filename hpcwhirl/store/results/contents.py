@@ -144,7 +144,15 @@ class Contents:
         return sum(8 * int(np.prod(shape)) for shape in self.trace_shapes().values())
 
 
-def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
+def kept_of(kinds: Sequence[Mapping[str, tuple[int, ...]]]) -> tuple[str, ...]:
+    """Return the names of the traces of any kind of case, in the order of `TRACES`.
+
+    kinds : {trace: its shape without the axis of samples}, for each kind of case
+    """
+    return tuple(name for name in TRACES if any(name in kind for kind in kinds))
+
+
+def sizes_of(kinds: Iterable[Mapping[str, tuple[int, ...]]]) -> dict[str, int]:
     """Return the largest size of each axis of traces, other than samples.
 
     kinds : {trace: its shape without the axis of samples}, for each kind of case
@@ -177,7 +185,7 @@ def contents_of(directory: Directory, say: Say | None = None) -> Contents:
     if contents.plan.twins:
         contents.place[~with_twins(contents.plan, index.words.tolist()), 1:] = -1
     kinds = [index.kinds[number] for number in np.unique(index.kind) if number >= 0]
-    contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
+    contents.kept = kept_of(kinds)
     contents.sizes = sizes_of(kinds)
     return contents
 

@@ -50,12 +50,11 @@ from hpcwhirl.store.hdf5 import (
 from hpcwhirl.store.reading.coded import Coded
 from hpcwhirl.store.reading.shares import GROUP, SHARE, SURE, TWIN, TWIN_ROW, TWINS_OF
 from hpcwhirl.store.results.cells import define_cells
-from hpcwhirl.store.results.contents import SOURCE, Contents
+from hpcwhirl.store.results.contents import SOURCE, Contents, kept_of, sizes_of
 from hpcwhirl.store.results.sampled import sample_attribute
 from hpcwhirl.store.results.variables import (
     DETAIL,
     asked_quantities,
-    details_of,
     measured_of,
 )
 
@@ -306,7 +305,7 @@ def bytes_of(
     plan: Manifest,
     samples: NDArray[np.int64],
     intervals: NDArray[np.float64],
-    sizes: Mapping[str, int],
+    kinds: Sequence[Mapping[str, tuple[int, ...]]],
     facts: Mapping[str, str | float],
 ) -> Bytes:
     """Return the predicted bytes on disk of a campaign.
@@ -316,15 +315,14 @@ def bytes_of(
     plan : plan of the campaign
     samples : (cases,), number of samples of each case; 0: no traces are kept
     intervals : (cases,), s, interval between samples
-    sizes : {axis: largest size}, axes of traces other than samples
+    kinds : {trace: shape of one sample} of each kind of case that keeps traces
     facts : root attributes of the results
     """
-    contents = Contents(Journals(Path()), plan, sizes=dict(sizes), shares=[ONE_RANK])
+    sizes = sizes_of(kinds)
+    contents = Contents(Journals(Path()), plan, sizes=sizes, shares=[ONE_RANK])
     contents.samples[:], contents.interval[:] = samples, intervals
-    details = details_of(plan)
     if samples.any():
-        wanted = [n for n in TRACES if "full" in details or n not in MORE]
-        contents.kept = tuple(n for n in wanted if {*TRACES[n].axes} <= sizes.keys())
+        contents.kept = kept_of(kinds)
     widths = {
         n: int(np.prod([sizes[a] for a in TRACES[n].axes])) for n in contents.kept
     }
