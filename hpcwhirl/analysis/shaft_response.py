@@ -30,7 +30,8 @@ def shaft_circles(
     """Return the circles of a shaft line's coordinates, (n,), m and rad, static frame.
 
     rotor, model : inputs, with a shaft line; the model of all sectors
-    places, speed : m, circle of all coordinates of the reduced rotor; Omega, rad/s, > 0
+    places, speed : m, circle of all coordinates of the reduced rotor, see
+        `Steady.still`; Omega, rad/s, > 0
     """
     line, spin = line_of(rotor.shaft), model.rotor.terms
     x, y = places[list(spin.tilt[:2])]

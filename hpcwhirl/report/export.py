@@ -20,7 +20,7 @@ from hpcwhirl.analysis.wheel_motion import Frames, frames_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, csv_cell
 from hpcwhirl.scene import flatten
-from hpcwhirl.scene.quantities import INPUTS, ROW, TRACES
+from hpcwhirl.scene.quantities import AXES, INPUTS, ROW, TRACES
 from hpcwhirl.store.atomic import make_folders, replacing, telling
 from hpcwhirl.store.reading.results_file import Results
 
@@ -47,7 +47,7 @@ def columns_of(traces: Mapping[str, Floats]) -> dict[str, Floats]:
 
     traces : {name: (n, ...)}, with `time`
     """
-    columns = {"time, s": traces["time"]}
+    columns = {f"time, {AXES['time'].unit}": traces["time"]}
     for name, values in traces.items():
         if name == "time":
             continue

@@ -208,7 +208,7 @@ def test_a_line_carries_the_disk_s_inertia_and_unbalance(speed, changes):
     )  # fmt: skip
     rotor, model = scene.engine.rotor, resolve(scene).model
     own = apply_settings(scene, {"speed": speed})
-    places, _ = exact_steady(model, own)
+    places = exact_steady(model, own).still
     moved, line = shaft_circles(rotor, model, places, speed), line_of(rotor.shaft)
     held = disk_of(rotor, line)
     force, moment = dynamic_stiffness(line, speed)[held] @ moved

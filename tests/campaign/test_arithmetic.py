@@ -234,6 +234,7 @@ SHAFT = text_of({
 }, "the shaft")  # fmt: skip
 SPEEDS, GAPS = "time,speed;0.0,300.0;1.0,310.0", "time,gap;0.0,1e-4;1.0,2e-4"
 LATER = {"rotation": "full", "lost_blade": 3, "lost_blade_time": 0.1}
+WEIGHT = {"rotation": "full", "gravity": 9.81}
 BROKEN = [  # of each rule, in their order: what breaks it alone, and how that is told
     ({"disk_radius": 0.6}, "engine.rotor: disk_radius must be < radius"),
     ({"mistuning": [0.1]}, "engine.rotor: mistuning must be [] or 22 numbers"),
@@ -316,6 +317,14 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"contact_law": "archard", "chaos": 50.0}, "output.chaos must be 0 where casing."),
     ({"contact_law": "archard", "history": "speed = 300.0"}, "so no [branch], where"),
     ({"unbalance": 1e-3}, "unbalance must be 0 where engine.rotation is none"),
+    ({"gravity": 9.81}, "gravity must be 0 where engine.rotation is none"),
+    (WEIGHT | {"centre": "clamped"},
+     "gravity must be 0 where engine.rotor.centre is clamped"),
+    (WEIGHT | {"acceleration": 1.0},
+     "gravity must be 0 where the speed changes (acceleration, speed_table), got 9.81"),
+    (WEIGHT | {"shaft": SHAFT}, "gravity must be 0 with a shaft that has mass"),
+    (WEIGHT | {"film_viscosity": 0.01}, "gravity must be 0 in a squeeze film"),
+    (WEIGHT | {"scheme": "paper"}, "gravity must be 0 with scheme paper"),
     ({"gap_at": "rest"}, "gap_at must be speed where engine.rotation is none"),
     ({"rotation": "full", "unbalance": 1e-3, "centre": "clamped"},
      "unbalance must be 0 where engine.rotor.centre is clamped"),

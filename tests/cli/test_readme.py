@@ -160,18 +160,24 @@ def test_a_command_quoted_exists_with_its_options(line):
         check_settings(words[1], parser.parse_args(words[2:]))
 
 
-READING = ("cases", "classify", "figures", "map", "report", "status")
-OF_DRAWS = "hpcwhirl map DIR --x friction --y gap"  # first has no gap
+READING = ("cases", "classify", "export", "figures", "map", "report", "status")
+OF_OTHERS = (  # of results with inputs that the first campaign lacks
+    "hpcwhirl map DIR --x friction --y gap",
+    "hpcwhirl cases DIR --where 'radius_error >= 0.05'",
+)
 
 
-def commands_on_results():
-    """Return quoted commands that read the results of the first campaign."""
+def commands_on_results(known=True):
+    """Return quoted commands that read the results of the first campaign.
+
+    known : whether that campaign has what they ask for
+    """
     found = [shlex.split(line) for line in quoted_commands() if "[" not in line]
     return [
         [word.replace("DIR", "first") for word in words[1:]]
         for words in found
         if words[1] in READING and words[2:3] in (["first"], ["DIR"])
-        and shlex.join(words) != OF_DRAWS
+        and (shlex.join(words) not in OF_OTHERS) == known
     ]  # fmt: skip
 
 
@@ -191,6 +197,19 @@ def test_a_command_quoted_on_results_does_it(words, first, tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     words = [word for word in words if word != "--watch"]
     assert main(words) == 0
+
+
+@pytest.mark.parametrize("words", commands_on_results(known=False), ids=" ".join)
+def test_what_the_results_lack_is_told_in_a_line(words, first, monkeypatch, capsys):
+    monkeypatch.chdir(first)
+    assert main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("hpcwhirl: error: ")
+    assert {"gap", "radius_error"} & set(re.findall(r"\w+", line))
+
+
+def test_what_the_first_campaign_lacks_is_quoted():
+    assert len(commands_on_results(known=False)) == len(OF_OTHERS)
 
 
 def test_every_command_is_told():

@@ -341,7 +341,7 @@ def mistuned(arrays, change):
     return chosen(arrays, stiffness=stiffness)
 
 
-def test_a_mistuned_rotor_goes_to_general_and_its_deviation_is_told(written, capsys):
+def test_the_deviation_of_a_mistuned_rotor_is_told(written, capsys):
     sizes = []
     for change in (1e-4, 1e-3, 1e-2):
         file = written(mistuned(staggered(), change))
@@ -354,7 +354,7 @@ def test_a_mistuned_rotor_goes_to_general_and_its_deviation_is_told(written, cap
     told = [line for line in capsys.readouterr().out.splitlines() if "sectors" in line]
     assert len(told) == 1
     assert f"sectors differ by {sizes[-1]:.2g} at most" in told[0]
-    assert "general" in told[0]
+    assert told[0].endswith("integrated each by itself")
 
 
 def test_less_than_the_tolerance_is_equal(written):
@@ -368,8 +368,16 @@ def test_a_truncation_changes_nothing_of_a_mistuned_rotor(written):
     file = written(mistuned(staggered(), 1e-2))
     given = scene(file, truncation=0.3)
     assert with_truncation(given) == given
-    with pytest.raises(InputError, match="scheme exact needs"):
-        March(resolve(scene(file, scheme="exact")))
+
+
+def test_a_mistuned_rotor_is_handed_over_to_modal_which_moves_as_general(written):
+    file = written(mistuned(staggered(), 1e-2))
+    assert "equal blades" in resolve(scene(file, scheme="exact")).handed_over
+    exact, modal, general = (
+        ended(file, scheme=scheme) for scheme in ("exact", "modal", "general")
+    )
+    assert np.array_equal(exact.tips, modal.tips)
+    assert_alike(modal, general)
 
 
 def unequal_shaft(wheel):
