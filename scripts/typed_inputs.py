@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Literal, get_args, get_origin
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import parser_of
 
 from hpcwhirl.scene import Casing, Engine, Output, Rotor, Scene, Solver
 
@@ -67,4 +68,5 @@ def text() -> str:
 
 
 if __name__ == "__main__":
+    parser_of(__doc__).parse_args()
     print(text(), end="")

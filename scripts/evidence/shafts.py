@@ -18,6 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import parser_of
+
 from hpcwhirl.arrays import Complexes
 from hpcwhirl.reduction.shaft_whirl import held_by, whirls
 from hpcwhirl.scene.shaft_tables import KEPT, parsed, text_of
@@ -36,11 +39,14 @@ def roots_of(path: Path, speed: float) -> Complexes:
 
 def main() -> int:
     """Compare all rotors, print a table; return the exit status."""
+    parser = parser_of(__doc__)
+    parser.add_argument("python", help="of an environment with ross-rotordynamics")
+    python = parser.parse_args().python
     script = Path(__file__).with_name("ross_rotors.py")
     worst = 0.0
     with tempfile.TemporaryDirectory() as folder:
         told = subprocess.run(
-            [sys.argv[1], str(script), folder], check=True, capture_output=True
+            [python, str(script), folder], check=True, capture_output=True
         ).stdout
         document = json.loads(told[told.index(b"{") :])
         print(f"| rotor | roots | largest difference from ROSS {document['version']} |")

@@ -19,7 +19,12 @@ SOURCES = [
 ]
 QUOTED = r"(?<![0-9a-f]:)\bscripts/[\w/]+\.(?:py|sh|md|toml)\b"
 SCRIPTS = sorted((ROOT / "scripts").rglob("*.py"))
-STARTED = [path for path in SCRIPTS if "__main__" in path.read_text()]
+ELSEWHERE = {"rotors_of_ross.py"}  # runs in an environment with ROSS
+STARTED = [
+    path
+    for path in SCRIPTS
+    if "__main__" in path.read_text() and path.name not in ELSEWHERE
+]
 
 
 def test_every_script_that_is_quoted_is_there():
