@@ -275,14 +275,14 @@ def test_a_pilot_keeps_what_it_computed_and_the_campaign_goes_on_from_it(
 @pytest.mark.mpi
 def test_a_pilot_changes_no_bit_on_any_number_of_ranks(tmp_path):
     file, out, whole = (tmp_path / name for name in ("c.toml", "out", "whole"))
-    speeds = ", ".join(str(300 + i) for i in range(60))
+    speeds = ", ".join(str(300 + i) for i in range(120))
     file.write_text(
         f"{BARE}scene = {{duration = 0.2}}\n"
         "solver = {time_step = 2e-6}\n"
         f"output = {{interval = 1e-3}}\nsweep = {{speed = [{speeds}]}}\n"
     )
     words = ("campaign", file, "--out", out)
-    done = launch(*words, "--pilot", 0.1, ranks=2)
+    done = launch(*words, "--pilot", 0.3, ranks=2)
     assert done.returncode == 0, done.err
     assert "learned from" in done.out
     assert launch(*words, ranks=3).returncode == 0
