@@ -31,7 +31,7 @@ def shaft_circles(
 
     rotor, model : inputs, with a shaft line; the model of all sectors
     places, speed : m, circle of all coordinates of the reduced rotor, see
-        `Steady.still`; Omega, rad/s, > 0
+        `reduction.steady.Steady.still`; Omega, rad/s, > 0
     """
     line, spin = line_of(rotor.shaft), model.rotor.terms
     x, y = places[list(spin.tilt[:2])]
