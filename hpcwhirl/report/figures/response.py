@@ -10,7 +10,7 @@ import numpy as np
 from hpcwhirl.analysis.response import STATION, SUPPORT, Steady
 from hpcwhirl.analysis.response_study import Study
 from hpcwhirl.case.unbalance import force_of
-from hpcwhirl.report.canvas import axis_of, legend_below, new_figure
+from hpcwhirl.report.canvas import BOX, axis_of, legend_below, new_figure
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.units import in_shown, shown_in
 
@@ -77,8 +77,8 @@ def _amplitudes(axes: Any, found: Study, speeds: Any) -> None:
         told = "" if af is None else f"\nAF {af:.3g}"
         axes.plot(peak.speed, factor * peak.amplitude, "o", c="black", mfc="white")
         axes.annotate(in_shown(peak.speed, "rad/s", 4) + told,
-                      (peak.speed, factor * peak.amplitude), (8, -4), va="top",
-                      textcoords="offset points", fontsize=8)  # fmt: skip
+                      (peak.speed, factor * peak.amplitude), (8, 10), va="bottom",
+                      textcoords="offset points", fontsize=8, bbox=BOX)  # fmt: skip
     top = max(top, factor * float(rooms.max()))
     axes.set(ylabel=f"amplitude, {unit}", ylim=(SHOWN * top, 5.0 * top))
 
