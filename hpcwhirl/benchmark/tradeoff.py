@@ -167,7 +167,8 @@ class Case:
     gap : m
     words : words of the reference's twins
     decided : whether they have a regime
-    sensitive : numbers by which they differ so much that errors have no meaning
+    sensitive : numbers by which they differ so much that errors have no meaning; all
+        where they differ in words
     scatter : {number: how far they differ}
     seconds : median processor time of the reference
     """
@@ -315,12 +316,13 @@ def _todo(
 
 
 def _case(reference: list[Run], gap: float) -> Case:
-    scatter = scatter_of(reference, gap)
+    scatter, words = scatter_of(reference, gap), [run.words for run in reference]
+    same = len(set(words)) == 1
     return Case(
         gap,
-        [run.words for run in reference],
+        words,
         all(run.is_decided for run in reference),
-        sensitive(scatter),
+        sensitive(scatter) if same else tuple(scatter),
         scatter,
         float(np.median([run.seconds for run in reference])),
     )

@@ -370,3 +370,11 @@ def test_the_setting_that_meets_a_wish_is_written_and_comments_are_kept(
     assert "# mine" in text
     assert Design.of(file).base.solver.accuracy == 0.03
     assert text.count("preset") == 1
+
+
+def test_no_number_is_known_where_the_reference_differs_in_words():
+    alike = {"orbit_radius": 1e-3, "blade_peak": 1e-3}
+    twins = [run("damped forward", **alike), run("undecided forward", **alike)]
+    assert set(tradeoff._case(twins, 1e-4).sensitive) == set(alike)
+    twins[1] = run("damped forward", **alike)
+    assert tradeoff._case(twins, 1e-4).sensitive == ()
