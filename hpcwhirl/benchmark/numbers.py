@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from hpcwhirl.analysis.estimate import LEAST
 from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.scene.words import NO_END, word_of
 
 NUDGE = 0.03  # by which the time step of a twin is shorter than that of the one before
 CONFIDENCE = 0.95
-LEAST = 0.01  # least displacement by which errors of the centre are divided / gap
 NINE = 0.9  # share of cases whose errors are below the higher quantile
 SENSITIVE = 0.05  # scatter of the reference from which a case is compared otherwise
 # {name of a number: scale of its error, see `scale_of`}

@@ -108,8 +108,7 @@ def pinned(scene: Scene, factor: float = 1.0) -> Scene:
     factor : by which the time step is multiplied
     """
     case = resolve(scene)
-    chosen = {"time_step": factor * case.step, "accuracy": 0.0, "truncation": 0.0}
-    return apply_settings(case.reduced, chosen)
+    return case.pinned(factor * case.step)
 
 
 def reference_of(scene: Scene, which: str = "reference") -> Scene:

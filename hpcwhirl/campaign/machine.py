@@ -13,6 +13,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module, metadata
+from pathlib import Path
 
 from hpcwhirl.errors import WhirlError, say
 from hpcwhirl.launch import Communicator
@@ -28,6 +29,21 @@ Facts = Mapping[str, str]
 
 class UnlikeError(WhirlError):
     """Raised on all ranks where one of another kind must not compute (`same`)."""
+
+
+def core_facts() -> dict[str, str]:
+    """Return {name: text} of a core, as Linux lists it in /proc/cpuinfo; else {}."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8", errors="replace").splitlines()
+    except OSError:
+        return {}
+    shown = dict(line.split(":", 1) for line in lines if ":" in line)
+    return {name.strip(): text.strip() for name, text in shown.items()}
+
+
+def processor_name() -> str:
+    """Return the name of this machine's processor; "" if nothing tells it."""
+    return core_facts().get("model name", platform.processor())
 
 
 def machine_facts() -> dict[str, str]:

@@ -23,12 +23,5 @@ def longer_step(case: Case) -> Case | None:
     step = min(TIMES * case.step, longest)
     if step < LEAST * case.step:
         return None
-    solver: dict[str, Value] = {
-        "time_step": step,
-        "accuracy": 0.0,
-        "truncation": 0.0,
-        "until": "end",
-    }
-    solver |= {"estimate": "none", "chaos": 0.0}
-    given = apply_settings(case.reduced, solver)
-    return replace(case, given=given)
+    alone: dict[str, Value] = {"until": "end", "estimate": "none", "chaos": 0.0}
+    return replace(case, given=apply_settings(case.pinned(step), alone))

@@ -91,6 +91,14 @@ class Case:
         models = {self.model, self._wheel} if self.loses else {self.model}
         return min(step_asked(model, self.reduced) for model in models)
 
+    def pinned(self, step: float) -> Scene:
+        """Return the scene as given, with terms of rotation, modes and step as numbers.
+
+        step : time step, s
+        """
+        chosen = {"time_step": step, "accuracy": 0.0, "truncation": 0.0}
+        return apply_settings(self.reduced, chosen)
+
     @cached_property
     def growth(self) -> float:
         """Radial growth by rotation, m, of the tip that grows most.

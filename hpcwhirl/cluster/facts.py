@@ -21,6 +21,7 @@ from typing import Any
 
 import hpcwhirl
 from hpcwhirl import launch
+from hpcwhirl.campaign.machine import core_facts, processor_name
 from hpcwhirl.dynamics.kernel_cache import cache_facts
 from hpcwhirl.store.hdf5 import hdf5_facts, mpi_libraries
 
@@ -109,12 +110,7 @@ def vector_bits(flags: str) -> int:
 
 def machine_facts() -> Facts:
     """Return facts on this machine: host, cores, CPU, vectors, threads, versions."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        lines = []
-    shown = dict(line.split(":", 1) for line in lines if ":" in line)
-    named = {key.strip(): value.strip() for key, value in shown.items()}
+    named = core_facts()
     cores = (
         sorted(os.sched_getaffinity(0))
         if hasattr(os, "sched_getaffinity")
@@ -123,7 +119,7 @@ def machine_facts() -> Facts:
     return {
         "host": socket.gethostname(),
         "cores": cores,
-        "cpu": named.get("model name", platform.processor()),
+        "cpu": processor_name(),
         "vector_bits": vector_bits(named.get("flags", named.get("Features", ""))),
         "threads": {name: os.environ[name] for name in THREADS if name in os.environ},
         "versions": {

@@ -50,20 +50,11 @@ class Measured:
 
 def place() -> Path:
     """Return the file of this processor's times."""
+    from hpcwhirl.campaign.machine import processor_name
     from hpcwhirl.dynamics.kernel_cache import WANTED
 
-    name = re.sub(r"\W+", "-", f"{platform.machine()} {_processor()}").strip("-")
+    name = re.sub(r"\W+", "-", f"{platform.machine()} {processor_name()}").strip("-")
     return WANTED / f"steps-{name}.json"
-
-
-def _processor() -> str:
-    """Return the name of the processor, as Linux tells it; "" elsewhere."""
-    try:
-        text = Path("/proc/cpuinfo").read_text("utf-8", errors="replace")
-    except OSError:
-        return platform.processor()
-    found = re.search(r"^model name\s*:\s*(.+)$", text, re.MULTILINE)
-    return found[1].strip() if found else platform.processor()
 
 
 def keep(rows: Sequence[Measured]) -> Path:
