@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +18,22 @@ from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.store.atomic import write_whole
 
 
-def write_setting(path: Path, row: Row) -> None:
+def write_setting(path: Path, row: Row, measured: Mapping[str, Any]) -> None:
     """Write the options of a setting as inputs to a campaign's file.
 
     The file is checked before it is replaced.
 
+    Parameters
+    ----------
+    path : the file
+    row : the setting
+    measured : the parsed TOML of the file when its cases were drawn
+
     Raises
     ------
     InputError
-        if the file, with the inputs, would not be a campaign's
+        if the file has other contents than `measured`, or would not be a campaign's
+        with the inputs
     MissingFileError
         if the file cannot be read or written
     """
@@ -35,6 +43,9 @@ def write_setting(path: Path, row: Row) -> None:
         raise unreadable(path, failed) from failed
     except TOMLKitError as failed:
         raise InputError(f"{path}: {failed}") from failed
+    if document.unwrap() != measured:
+        msg = f"{path} has changed since its cases were drawn, so nothing was written: "
+        raise InputError(msg + f"run again, or type {row.options}")
     name = row.options.removeprefix(f"--{PRESET} ")
     if name != row.options:
         _write_preset(document, name)

@@ -28,7 +28,8 @@ def drawn_cases(
 ) -> dict[str, Scene]:
     """Return cases of a campaign, {name: scene}, drawn in proportion to their words.
 
-    A case that cannot be integrated is left out.
+    Their order is random, so that the first ones are such a draw, too. A case that
+    cannot be integrated is left out.
 
     Parameters
     ----------
@@ -54,7 +55,8 @@ def drawn_cases(
             why = str(failed)
     if not words:
         raise InputError(f"no case can be integrated: {why}")
-    return {design.name(n): design.scene(n) for n in by_words(words, count)}
+    order = np.random.default_rng(SEED).permutation(by_words(words, count)).tolist()
+    return {design.name(n): design.scene(n) for n in order}
 
 
 def word_by_draft(scene: Scene) -> str:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -192,11 +193,22 @@ def quantile_of(errors: Sequence[float], share: float) -> Quantile:
     ordered = np.sort(np.asarray(errors, float))
     finite = np.where(np.isfinite(ordered), ordered, np.finfo(float).max)
     value = float(np.quantile(finite, share, method="weibull"))
-    ends = stats.quantile_test(finite, q=value, p=share).confidence_interval(CONFIDENCE)
-    low = 0.0 if math.isnan(ends.low) else float(ends.low)
-    high = math.inf if math.isnan(ends.high) else float(ends.high)
+    first, last = _ends(len(finite), share)
+    low = 0.0 if math.isnan(first) else float(finite[int(first)])
+    high = math.inf if math.isnan(last) else float(finite[int(last)])
     large = np.finfo(float).max
     return Quantile(*(math.inf if x >= large else x for x in (value, low, high)))
+
+
+@lru_cache
+def _ends(cases: int, share: float) -> tuple[float, float]:
+    """Return between which places, from 0, of ordered errors a quantile lies.
+
+    The interval has the probability `CONFIDENCE`; NaN: no end for so few cases.
+    """
+    test = stats.quantile_test(np.arange(cases), q=0, p=share)
+    ends = test.confidence_interval(CONFIDENCE)
+    return float(ends.low), float(ends.high)
 
 
 @dataclass(frozen=True)

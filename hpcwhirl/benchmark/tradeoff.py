@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -40,21 +40,21 @@ from hpcwhirl.benchmark.trials import (
     Setting,
     Settings,
     applied,
+    coarser_than,
     pinned,
     reference_of,
     trials,
 )
-from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.campaign.simulate import course_of, simulate
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, flatten
 from hpcwhirl.scene.schemes import DEFAULT
 
 GROWING = ("growth_rate", "line_frequency")  # numbers of a divergent case
 WARM = 200  # steps that compile a kernel before the timing
-FINE = ("reference", "coarser")  # settings of the reference in turn, by round
-REFERENCE = -1  # number of the reference in the list of computations
+REFERENCE = "reference"  # key of its runs
 Key = tuple[tuple[str, str], ...]
-Runs = dict[tuple[int, str], list[Run]]  # {(computation, case): its twins}
+Runs = dict[tuple[str, str], list[Run]]  # {(key of a setting, case): its twins}
 
 
 @dataclass(frozen=True)
@@ -78,28 +78,43 @@ class Computation:
         return " = ".join(setting.label for setting in self.settings)
 
     @property
-    def given(self) -> bool:
-        """Whether one of its settings is "as given"."""
-        return any(not setting.inputs for setting in self.settings)
+    def key(self) -> str:
+        """The key of its runs: that of its first setting."""
+        return self.settings[0].key
+
+    def with_more(self, other: Computation) -> Computation:
+        """Return the same setting's computation with further cases."""
+        scenes, refused = self.scenes | other.scenes, self.refused | other.refused
+        return Computation(self.settings, scenes, refused)
+
+    def of(self, names: Collection[str]) -> Computation:
+        """Return the same setting's computation of the named cases only."""
+        scenes = {name: one for name, one in self.scenes.items() if name in names}
+        refused = {name: why for name, why in self.refused.items() if name in names}
+        return Computation(self.settings, scenes, refused)
 
 
 def computations(
     scenes: Mapping[str, Scene], settings: Sequence[Setting]
 ) -> list[Computation]:
-    """Return the distinct computations of settings, in their order.
+    """Return what each setting computes, in their order; equal ones are not joined.
 
     scenes, settings : {case: scene}; settings to compare
     """
+    return [_computation(scenes, setting) for setting in settings]
+
+
+def distinct(each: Sequence[Computation]) -> list[Computation]:
+    """Return computations, those joined that are the same in all cases."""
     found: dict[Key, Computation] = {}
-    for setting in settings:
-        one = _computation(scenes, setting)
+    for one in each:
         key = tuple((name, repr(sorted(flatten(s).items())))
                     for name, s in one.scenes.items())  # fmt: skip
         if key in found and key:
             same = found[key]
-            found[key] = replace(same, settings=(*same.settings, setting))
+            found[key] = replace(same, settings=(*same.settings, *one.settings))
         else:
-            found[key or ((setting.axis, setting.label),)] = one
+            found[key or ((one.settings[0].key, ""),)] = one
     return list(found.values())
 
 
@@ -126,20 +141,18 @@ def _warm(scene: Scene) -> None:
     simulate(apply_settings(scene, short))
 
 
-def _finest(scene: Scene, which: str) -> Scene:
-    """Return the reference of a scene in a form that can be integrated.
+def _references(scene: Scene) -> tuple[Scene, Scene]:
+    """Return the reference of a scene and the coarser one, which can be integrated.
 
     If its scheme is refused for this scene, it gets the default scheme.
-
-    which : "reference" or "coarser"
     """
-    finest = reference_of(scene, which)
+    finest = reference_of(scene)
     try:
         _warm(finest)
     except InputError:
         finest = apply_settings(finest, {"scheme": DEFAULT})
         _warm(finest)
-    return finest
+    return finest, coarser_than(finest)
 
 
 def run_once(scene: Scene, round_: int) -> Run:
@@ -151,10 +164,9 @@ def run_once(scene: Scene, round_: int) -> Run:
     scene : a scene whose time step and modes are numbers, see `pinned`
     """
     step = scene.solver.time_step * (1.0 - round_ * NUDGE)
-    twin = apply_settings(scene, {"time_step": step})
-    _warm(twin)  # its model may have left the cache since the last round
+    course = course_of(apply_settings(scene, {"time_step": step}))  # makes its model
     start = time.process_time()  # depends less on other load than wall time
-    result = simulate(twin)
+    result = course.run()
     return run_of(result, time.process_time() - start)
 
 
@@ -251,52 +263,87 @@ class Tradeoff:
     rows : cost and accuracy of each computation
     cases : {name: case}
     reference : inputs of the reference
+    total : number of cases from which these were drawn
     """
 
     rows: list[Row]
     cases: dict[str, Case]
     reference: Settings
+    total: int
 
     def facts(self) -> dict[str, Any]:
         """Return the results as data for JSON."""
         return asdict(self)
 
 
-def measure(
-    scenes: Mapping[str, Scene],
-    settings: Sequence[Setting],
-    repeats: int,
-    tell: Callable[[str], None] = lambda _: None,
-) -> Tradeoff:
-    """Integrate every case with every setting and with the reference.
+class Measurement:
+    """Cases that are integrated with every setting and with the reference.
 
     Parameters
     ----------
-    scenes : {name: scene}
     settings : settings to compare; the first is that with which costs are compared
     repeats : rounds, at least 2
+    total : number of cases from which its cases are drawn; 0: of its cases
     tell : called with a line of text before each integration
-
-    Raises
-    ------
-    InputError
-        if a case cannot be integrated as given, or with the reference's settings
     """
-    scenes = {name: _with_peaks(scene) for name, scene in scenes.items()}
-    tried = computations(scenes, settings)
-    for name, why in tried[0].refused.items():
-        raise InputError(f"{name}: {why}")
-    finest = [{name: _finest(scene, which) for name, scene in scenes.items()}
-              for which in FINE]  # fmt: skip
-    runs: Runs = {}
-    for round_ in range(repeats):
-        for number, name, scene in _todo(tried, finest[round_ % len(FINE)]):
-            label = "reference" if number == REFERENCE else tried[number].label
-            tell(f"round {round_ + 1} of {repeats}, {name}: {label}")
-            runs.setdefault((number, name), []).append(run_once(scene, round_))
-    cases = {name: _case(runs[REFERENCE, name], s.gap) for name, s in scenes.items()}
-    rows = [_row(number, one, runs, cases) for number, one in enumerate(tried)]
-    return Tradeoff(_marked(rows), cases, trials()["reference"])
+
+    def __init__(
+        self,
+        settings: Sequence[Setting],
+        repeats: int,
+        total: int = 0,
+        tell: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        self.settings, self.repeats, self.total = settings, repeats, total
+        self.tell = tell
+        self._each = [Computation((setting,), {}, {}) for setting in settings]
+        self._runs: Runs = {}
+        self._gaps: dict[str, float] = {}
+
+    def add(self, scenes: Mapping[str, Scene]) -> Measurement:
+        """Integrate further cases, {name: scene}; return this measurement.
+
+        Raises
+        ------
+        InputError
+            if a case cannot be integrated as given, or with the reference's settings
+        """
+        scenes = {name: _with_peaks(scene) for name, scene in scenes.items()}
+        more = computations(scenes, self.settings)
+        for name, why in more[0].refused.items():
+            raise InputError(f"{name}: {why}")
+        joined = distinct(more)
+        finest = {name: _references(scene) for name, scene in scenes.items()}
+        for round_ in range(self.repeats):
+            for key, name, scene in _todo(joined, finest, round_):
+                self.tell(f"round {round_ + 1} of {self.repeats}, {name}: {key}")
+                run = run_once(scene, round_)
+                self._runs.setdefault((key, name), []).append(run)
+        for one in joined:
+            for setting in one.settings[1:]:
+                for name in one.scenes:
+                    self._runs[setting.key, name] = self._runs[one.key, name]
+        self._each = [a.with_more(b) for a, b in zip(self._each, more, strict=True)]
+        self._gaps |= {name: scene.gap for name, scene in scenes.items()}
+        return self
+
+    def found(self, names: Collection[str] = ()) -> Tradeoff:
+        """Return what was measured of the named cases; none named: of all."""
+        names = names or self._gaps
+        cases = {name: _case(self._runs[REFERENCE, name], gap)
+                 for name, gap in self._gaps.items() if name in names}  # fmt: skip
+        given = self.settings[0].key
+        rows = [_row(one, given, self._runs, cases)
+                for one in distinct([one.of(names) for one in self._each])]  # fmt: skip
+        total = max(self.total, len(cases))
+        return Tradeoff(_marked(rows), cases, trials()["reference"], total)
+
+
+def measure(
+    scenes: Mapping[str, Scene], settings: Sequence[Setting], repeats: int
+) -> Tradeoff:
+    """Integrate cases with every setting and the reference; see `Measurement`."""
+    return Measurement(settings, repeats).add(scenes).found()
 
 
 def _with_peaks(scene: Scene) -> Scene:
@@ -306,13 +353,13 @@ def _with_peaks(scene: Scene) -> Scene:
 
 
 def _todo(
-    tried: Sequence[Computation], finest: Mapping[str, Scene]
-) -> Iterator[tuple[int, str, Scene]]:
-    for name, scene in finest.items():
-        yield REFERENCE, name, scene
-        for number, one in enumerate(tried):
+    tried: Sequence[Computation], finest: Mapping[str, Sequence[Scene]], round_: int
+) -> Iterator[tuple[str, str, Scene]]:
+    for name, scenes in finest.items():
+        yield REFERENCE, name, scenes[round_ % len(scenes)]
+        for one in tried:
             if name in one.scenes:
-                yield number, name, one.scenes[name]
+                yield one.key, name, one.scenes[name]
 
 
 def _case(reference: list[Run], gap: float) -> Case:
@@ -328,19 +375,20 @@ def _case(reference: list[Run], gap: float) -> Case:
     )
 
 
-def _row(number: int, one: Computation, runs: Runs, cases: Mapping[str, Case]) -> Row:
+def _row(one: Computation, given: str, runs: Runs, cases: Mapping[str, Case]) -> Row:
+    """Return the row of a computation; given : key of the setting of cost 1."""
     first = next((s for s in one.settings if s.options), one.settings[0])
     empty = Row(one.settings[0].axis, one.label, first.options, first.sets,
                 refused=one.refused)  # fmt: skip
     if not one.scenes:
         return empty
-    pairs = {n: (runs[number, n], runs[REFERENCE, n]) for n in one.scenes}
+    pairs = {n: (runs[one.key, n], runs[REFERENCE, n]) for n in one.scenes}
     flat = [run for own, _ in pairs.values() for run in own]
     late = one.settings[0].axis == "duration"
     names = ONLY_LATE if late else tuple(NUMBERS)
     of = {n: _errors(_kept(names, cases[n]), pair, cases[n].gap)
           for n, pair in pairs.items()}  # fmt: skip
-    costs, counts = _costs(number, one, runs), _words(pairs)
+    costs, counts = _costs(one, given, runs), _words(pairs)
     return replace(
         empty,
         cost=float(np.median(costs)),
@@ -359,11 +407,11 @@ def _row(number: int, one: Computation, runs: Runs, cases: Mapping[str, Case]) -
     )
 
 
-def _costs(number: int, one: Computation, runs: Runs) -> tuple[float, ...]:
+def _costs(one: Computation, given: str, runs: Runs) -> tuple[float, ...]:
     """Return the processor time of each round / that as given, of the same cases."""
-    seconds = [[run.seconds for run in runs[number, n]] for n in one.scenes]
-    given = [[run.seconds for run in runs[0, n]] for n in one.scenes]
-    ratio = np.sum(seconds, axis=0) / np.sum(given, axis=0)
+    own, other = ([[run.seconds for run in runs[key, n]] for n in one.scenes]
+                  for key in (one.key, given))  # fmt: skip
+    ratio = np.sum(own, axis=0) / np.sum(other, axis=0)
     return tuple(float(r) for r in ratio)
 
 

@@ -6,6 +6,7 @@ the scheme or the time step.
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,8 +15,15 @@ from typing import Any
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import unknown
-from hpcwhirl.scene import Scene, apply_settings, preset_inputs, preset_names
-from hpcwhirl.scene.input_names import Value
+from hpcwhirl.scene import (
+    Scene,
+    apply_settings,
+    flatten,
+    preset_inputs,
+    preset_names,
+)
+from hpcwhirl.scene.input_names import Value, full_name
+from hpcwhirl.scene.quantities import WHOLE
 from hpcwhirl.structure.bladed_disk import MOST_DOF
 
 Settings = dict[str, Value]
@@ -40,6 +48,11 @@ class Setting:
     axis: str
     label: str
     inputs: Settings
+
+    @property
+    def key(self) -> str:
+        """A text that no other setting has."""
+        return f"{self.axis}: {self.label}"
 
     @property
     def options(self) -> str:
@@ -111,17 +124,15 @@ def pinned(scene: Scene, factor: float = 1.0) -> Scene:
     return case.pinned(factor * case.step)
 
 
-def reference_of(scene: Scene, which: str = "reference") -> Scene:
+def reference_of(scene: Scene) -> Scene:
     """Return a scene with the accurate settings of the reference.
 
     Where rotation is "auto", the reference has all its terms.
-
-    which : table of trials.toml with the settings, "reference" or "coarser"
     """
     if scene.engine.rotation == "auto":
         scene = apply_settings(scene, {"rotation": "full"})
     scene = pinned(scene)  # modes and step are chosen by error bounds
-    table, engine, solver = trials()[which], scene.engine, scene.solver
+    table, engine, solver = trials()["reference"], scene.engine, scene.solver
     modes = table[A_BLADE] * engine.rotor.blades
     most = MOST_DOF // (3 * engine.rotor.blades) - 1
     chosen: Settings = {
@@ -134,6 +145,19 @@ def reference_of(scene: Scene, which: str = "reference") -> Scene:
         "until": "end",
     }
     return apply_settings(scene, chosen)
+
+
+def coarser_than(reference: Scene) -> Scene:
+    """Return the reference with a longer step, and fewer modes, waves and elements.
+
+    By how much both differ, the reference does not know a number.
+    """
+    fine: Mapping[str, Any] = flatten(reference)
+    coarse: Settings = {}
+    for name, factor in trials()["coarser"].items():
+        value = fine[full_name(name)] * factor
+        coarse[name] = math.ceil(value) if full_name(name) in WHOLE else value
+    return apply_settings(reference, coarse)
 
 
 def axes() -> tuple[str, ...]:

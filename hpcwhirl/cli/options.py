@@ -195,20 +195,41 @@ def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:
 def scene_of(name: str, settings: Sequence[str]) -> Scene:
     """Return the scene that the argument SCENE names, with settings applied.
 
-    A word without dot or slash that is no file is the name of a built-in scene. If the
-    file is that of a campaign, only its scene is used, and a line on stderr says so.
+    See `document_of` and `scene_in`.
 
     Parameters
     ----------
     name : path of a file, or name of a scene
     settings : texts ``NAME=VALUE`` of --set and --preset
     """
+    document = document_of(name)
+    if document is None:
+        return apply_settings(named_scene(name), parsed(settings))
+    return scene_in(Path(name), document, settings)
+
+
+def document_of(name: str) -> dict[str, Any] | None:
+    """Return the parsed TOML of a file; None for the name of a built-in scene.
+
+    name : path of a file, or a word without dot or slash that is no file
+    """
     path = Path(name)
     bare = path.suffix == "" and "/" not in name and not path.exists()
+    return None if bare else load_document(path)
+
+
+def scene_in(path: Path, document: Mapping[str, Any], settings: Sequence[str]) -> Scene:
+    """Return the scene of a parsed file, with settings applied.
+
+    If the file is that of a campaign, a line on stderr says that only its scene is
+    used.
+
+    Parameters
+    ----------
+    path, document : the file; its parsed TOML
+    settings : texts ``NAME=VALUE`` of --set and --preset
+    """
     given = parsed(settings)
-    if bare:
-        return apply_settings(named_scene(name), given)
-    document = load_document(path)
     with naming_lines(path, given):
         scene = scene_of_document(document, DESIGN_TABLES, path.parent, given)
     _tell_ignored(path, document)

@@ -7,6 +7,7 @@ import json
 import sys
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,29 +15,29 @@ from hpcwhirl import __version__
 from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.errors import InputError, number_told
-from hpcwhirl.scene import (
-    NAMED,
-    Scene,
-    apply_settings,
-    load_document,
-)
+from hpcwhirl.scene import NAMED, Scene, apply_settings
+from hpcwhirl.scene.documents import naming_lines
 
 if TYPE_CHECKING:
-    from hpcwhirl.benchmark.tradeoff import Row, Tradeoff
+    from hpcwhirl.benchmark.tradeoff import Measurement, Row, Tradeoff
+    from hpcwhirl.benchmark.trials import Setting
     from hpcwhirl.benchmark.wish import Wish
+    from hpcwhirl.campaign.plan.design import Design
 
 NOT_OFFERED = (
     "single precision is not offered, and contact has no tolerance: "
     "non-penetration is solved to round-off"
 )
 Tell = Callable[[str], None]
+# tables of a campaign's design
+DESIGNED = {"sweep", "zip", "cases", "sample"}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of `hpcwhirl tradeoff` on its parser."""
     # fmt: off
     from hpcwhirl.benchmark.trials import axes
-    from hpcwhirl.benchmark.wish import NAMES, WORDS
+    from hpcwhirl.benchmark.wish import BATCH, NAMES, WORDS
 
     parser.add_argument(
         "scenes", nargs="*", metavar="FILE",
@@ -46,11 +47,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add_set(parser)
     add_option(parser, "--cases N",
-        "cases to draw from each campaign (default 12); four times as many are "
-        "computed by the fastest preset beforehand, for their words", default=12)
+        "cases to draw from each campaign (default 24), with --for at most; four times "
+        "as many are computed by the fastest preset beforehand, for their words",
+        default=24)
     add_option(parser, "--for 'NAME SHARE'",
-        "print the cheapest setting whose error is below SHARE, such as '1 %%', in "
-        f"nine cases of ten; may be repeated: {', '.join(NAMES)}; {WORDS} with the "
+        "print the cheapest setting that is sure to have an error below SHARE, such as "
+        f"'1 %%', in nine cases of ten, from {BATCH} cases at a time until no further "
+        f"ones could change it; may be repeated: {', '.join(NAMES)}; {WORDS} with the "
         "least share that keeps its word", default=[], dest="wishes")
     add_option(parser, "--apply",
         "write what --for finds to [solver] of the campaign's file")
@@ -69,40 +72,85 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_json(parser)
 
 
+@dataclass(frozen=True)
+class Source:
+    """What the command line names: a file, which is read once, or a built-in scene.
+
+    Attributes
+    ----------
+    name : path of the file, or name of the scene
+    document : parsed TOML of the file; None of a built-in scene
+    """
+
+    name: str
+    document: dict[str, Any] | None
+
+    @property
+    def is_campaign(self) -> bool:
+        """Whether it is a file with tables of a campaign's design."""
+        return not DESIGNED.isdisjoint(self.document or {})
+
+    def scenes(
+        self, args: argparse.Namespace, tell: Tell
+    ) -> tuple[dict[str, Scene], int]:
+        """Return its cases, {name: scene}, and of how many they were drawn."""
+        path = Path(self.name)
+        if self.document is None:
+            return {self.name: options.scene_of(self.name, args.settings)}, 1
+        if not self.is_campaign:
+            scene = options.scene_in(path, self.document, args.settings)
+            return {self.name: scene}, 1
+        given = options.parsed(args.settings)
+        with naming_lines(path, given):
+            design = _design_of(self.document, given, path.parent)
+        return _drawn(design, args.cases, tell), len(design.settings)
+
+
 def run(args: argparse.Namespace) -> int:
     """Measure cost and error of solver settings; print a table, write the files.
 
     Returns the exit code, 1 where no setting meets what --for asks
     """
-    from hpcwhirl.benchmark.tradeoff import measure
     from hpcwhirl.benchmark.trials import settings_of
     from hpcwhirl.benchmark.wish import wish_of
 
     wishes = [wish_of(text) for text in args.wishes]
-    _check(args, wishes)
-    settings = settings_of(args.axes or _usual_axes(args.scenes))
+    _check(args)
+    sources = _sources(args.scenes)
+    if args.apply:
+        _check_apply(sources, wishes)
+    settings = settings_of(args.axes or _usual_axes(sources))
     start, tell = time.monotonic(), _teller()
-    scenes = _scenes(args, tell)
-    found = measure(scenes, settings, args.repeats, tell)
+    scenes, total = _scenes(args, sources, tell)
+    measurement = _measurement(settings, args.repeats, total, tell)
+    found = _measured(measurement, scenes, wishes)
     facts = found.facts() | _about(args, time.monotonic() - start)
-    advice = _advice(args, found, wishes) if wishes else {}
+    advice = _advice(args, sources, found, wishes) if wishes else {}
     _show(args, facts | ({"advice": advice} if advice else {}))
     return 0 if not advice or advice["options"] is not None else 1
 
 
-def _check(args: argparse.Namespace, wishes: list[Wish]) -> None:
+def _check(args: argparse.Namespace) -> None:
     if args.repeats < 2:
         msg = f"--repeats must be >= 2, for the scatter of twins, got {args.repeats}"
         raise InputError(msg)
     if args.cases < 1:
         raise InputError(f"--cases must be >= 1, got {args.cases}")
     options.check_writable(args.out or Path(), folder=True)
-    if not args.apply:
-        return
-    if not wishes or len(args.scenes) != 1 or not is_campaign(args.scenes[0]):
+
+
+def _check_apply(sources: list[Source], wishes: list[Wish]) -> None:
+    if not wishes or len(sources) != 1 or not sources[0].is_campaign:
         msg = "--apply needs --for, and the file of one campaign to write to, got "
-        raise InputError(msg + (", ".join(args.scenes) or "none"))
-    options.check_writable(Path(args.scenes[0]), folder=False)
+        raise InputError(msg + (", ".join(one.name for one in sources) or "none"))
+    options.check_writable(Path(sources[0].name), folder=False)
+
+
+def _sources(names: list[str]) -> list[Source]:
+    """Return what the command line names; each file is read here, and nowhere else."""
+    if len(set(names)) < len(names):
+        raise InputError(f"a scene is named twice: {' '.join(names)}")
+    return [Source(name, options.document_of(name)) for name in names]
 
 
 def _teller() -> Tell:
@@ -115,48 +163,63 @@ def _teller() -> Tell:
     return options.seldom(tell)
 
 
-def is_campaign(name: str) -> bool:
-    """Return whether a name is that of a file with tables of a campaign's design."""
-    path = Path(name)
-    if path.suffix != ".toml":
-        return False
-    return not {"sweep", "zip", "cases", "sample"}.isdisjoint(load_document(path))
-
-
-def _usual_axes(names: list[str]) -> tuple[str, ...]:
+def _usual_axes(sources: list[Source]) -> tuple[str, ...]:
     from hpcwhirl.benchmark.trials import BOTH, PRESET
 
-    return (PRESET, BOTH) if any(map(is_campaign, names)) else ()
+    return (PRESET, BOTH) if any(one.is_campaign for one in sources) else ()
 
 
-def _scenes(args: argparse.Namespace, tell: Tell) -> dict[str, Scene]:
-    """Return the cases to compare, {name: scene}: of campaigns some that are drawn."""
+def _scenes(
+    args: argparse.Namespace, sources: list[Source], tell: Tell
+) -> tuple[dict[str, Scene], int]:
+    """Return the cases to compare, {name: scene}, and of how many they were drawn."""
     from hpcwhirl.benchmark.trials import default_scenes
 
-    given = options.parsed(args.settings)
-    if not args.scenes:
+    if not sources:
+        given = options.parsed(args.settings)
         kinds = default_scenes(Scene())
-        return {name: apply_settings(scene, given) for name, scene in kinds.items()}
-    if len(set(args.scenes)) < len(args.scenes):
-        raise InputError(f"a scene is named twice: {' '.join(args.scenes)}")
-    out: dict[str, Scene] = {}
-    for name in args.scenes:
-        if is_campaign(name):
-            drawn = _drawn(Path(name), args.cases, given, tell)
-            several = len(args.scenes) > 1
-            out |= {f"{name}: {n}" if several else n: s for n, s in drawn.items()}
-        else:
-            out[name] = options.scene_of(name, args.settings)
-    return out
+        out = {name: apply_settings(scene, given) for name, scene in kinds.items()}
+        return out, len(out)
+    out, total = dict[str, Scene](), 0
+    for one in sources:
+        scenes, of = one.scenes(args, tell)
+        total += of
+        several = one.is_campaign and len(sources) > 1
+        out |= {f"{one.name}: {n}" if several else n: s for n, s in scenes.items()}
+    return out, total
 
 
-def _drawn(
-    path: Path, count: int, given: Mapping[str, Any], tell: Tell
-) -> dict[str, Scene]:
+def _design_of(
+    document: Mapping[str, Any], given: Mapping[str, Any], folder: Path
+) -> Design:
+    from hpcwhirl.campaign.plan.design import design_of
+
+    return design_of(document, given, folder)
+
+
+def _drawn(design: Design, count: int, tell: Tell) -> dict[str, Scene]:
     from hpcwhirl.benchmark.drawing import drawn_cases
-    from hpcwhirl.campaign.plan.design import load_design
 
-    return drawn_cases(load_design(path, given), count, tell)
+    return drawn_cases(design, count, tell)
+
+
+def _measurement(
+    settings: list[Setting], repeats: int, total: int, tell: Tell
+) -> Measurement:
+    from hpcwhirl.benchmark.tradeoff import Measurement
+
+    return Measurement(settings, repeats, total, tell)
+
+
+def _measured(
+    measurement: Measurement, scenes: dict[str, Scene], wishes: list[Wish]
+) -> Tradeoff:
+    """Return what was measured of all cases, with wishes of as many as settle them."""
+    from hpcwhirl.benchmark.wish import search
+
+    if not wishes:
+        return measurement.add(scenes).found()
+    return search(measurement, scenes, wishes)
 
 
 def _about(args: argparse.Namespace, elapsed: float) -> dict[str, Any]:
@@ -173,7 +236,10 @@ def _about(args: argparse.Namespace, elapsed: float) -> dict[str, Any]:
 
 
 def _advice(
-    args: argparse.Namespace, found: Tradeoff, wishes: list[Wish]
+    args: argparse.Namespace,
+    sources: list[Source],
+    found: Tradeoff,
+    wishes: list[Wish],
 ) -> dict[str, Any]:
     """Return what meets the wishes at the least cost, after writing it for --apply."""
     from hpcwhirl.benchmark.applied import write_setting
@@ -183,43 +249,55 @@ def _advice(
     if row is None:
         return {"options": None, "text": _missed(found, wishes)}
     if args.apply and row.inputs:
-        write_setting(Path(args.scenes[0]), row)
+        write_setting(Path(sources[0].name), row, sources[0].document or {})
     return {
         "options": row.options,
         "cost": row.cost,
-        "text": _met(args, found, row, wishes),
+        "text": _met(args, sources, found, (row, wishes)),
     }
 
 
 def _asked(found: Tradeoff, wishes: list[Wish], row: Row) -> str:
     from hpcwhirl.report.figures.pareto import percent
 
-    return ", ".join(
-        f"{w.name} {percent(w.error(row, found.cases))} (asked {percent(w.most)})"
-        for w in wishes
-    )
+    parts = []
+    for wish in wishes:
+        support = wish.support(row, found)
+        error = percent(wish.error(row, found.cases))
+        parts.append(
+            f"{wish.name} {error} (asked {percent(wish.most)}), met in {support.met} "
+            f"of {support.of} cases: in {percent(support.level)} of the {support.all} "
+            f"that can be judged with {percent(support.confidence)} confidence"
+        )
+    return "; ".join(parts)
 
 
 def _met(
-    args: argparse.Namespace, found: Tradeoff, row: Row, wishes: list[Wish]
+    args: argparse.Namespace,
+    sources: list[Source],
+    found: Tradeoff,
+    chosen: tuple[Row, list[Wish]],
 ) -> str:
-    files = [name for name in args.scenes if is_campaign(name)]
+    row, wishes = chosen
+    files = [one.name for one in sources if one.is_campaign]
     kind = "campaign" if files else "run"
     typed = " ".join(["hpcwhirl", kind, *(files or args.scenes)[:1], row.options])
     if args.apply:
-        typed = f"hpcwhirl campaign {args.scenes[0]}   # [solver] of it was written"
+        typed = f"hpcwhirl campaign {files[0]}   # [solver] of it was written"
     cost = f"{row.cost:.3g} times the cost of the file as it is"
     asked = _asked(found, wishes, row)
-    return f"cheapest that meets it, {cost}: {asked}\n    {typed.strip()}"
+    return f"cheapest that is sure to meet it, {cost}: {asked}\n    {typed.strip()}"
 
 
 def _missed(found: Tradeoff, wishes: list[Wish]) -> str:
-    from hpcwhirl.benchmark.wish import nearest_to
+    from hpcwhirl.benchmark.wish import fewest, nearest_to
 
     row = nearest_to(found, wishes)
+    least = max(fewest(wish.level, found.total) for wish in wishes)
     return (
-        "no setting that was tried meets it, or too few cases can tell; nearest: "
-        f"{row.label}: {_asked(found, wishes, row)}"
+        "no setting that was tried is sure to meet it, which takes at least "
+        f"{number_told(least, 'case')} that can be judged and meet it (--cases); "
+        f"nearest: {row.label}: {_asked(found, wishes, row)}"
     )
 
 

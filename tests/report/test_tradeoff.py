@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hpcwhirl.benchmark import tradeoff, trials
+from hpcwhirl.benchmark import drawing, tradeoff, trials
 from hpcwhirl.benchmark.drawing import by_words, drawn_cases, evenly
 from hpcwhirl.benchmark.numbers import (
     Run,
@@ -17,22 +17,39 @@ from hpcwhirl.benchmark.numbers import (
     sensitive,
     shift_of,
 )
-from hpcwhirl.benchmark.tradeoff import Row, computations, front_of, measure
+from hpcwhirl.benchmark.tradeoff import (
+    Measurement,
+    Row,
+    computations,
+    distinct,
+    front_of,
+    measure,
+)
 from hpcwhirl.benchmark.trials import (
     Setting,
     applied,
+    coarser_than,
     default_scenes,
     pinned,
     reference_of,
     settings_of,
 )
-from hpcwhirl.benchmark.wish import Wish, cheapest, wish_of
+from hpcwhirl.benchmark.wish import (
+    SURE,
+    Support,
+    Wish,
+    cheapest,
+    fewest,
+    is_settled,
+    wish_of,
+)
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.cli import main
+from hpcwhirl.cli import main, options
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.figures import pareto
 from hpcwhirl.report.figures.pareto import markdown, percent
-from hpcwhirl.scene import apply_settings, flatten, named_scene
+from hpcwhirl.scene import apply_settings, documents, flatten, named_scene
+from hpcwhirl.scene.documents import load_document
 
 LIGHT_RING = Path(__file__).parents[2] / "jobs" / "light_ring.toml"
 FINE = {"scheme": "modal", "time_step": 2.5e-7}
@@ -47,7 +64,7 @@ def cheap(monkeypatch):
 
 
 def _reference(monkeypatch, inputs):
-    table = trials.trials() | {"reference": inputs, "coarser": inputs}
+    table = trials.trials() | {"reference": inputs, "coarser": {"time_step": 1.0}}
     for module in (tradeoff, trials):
         monkeypatch.setattr(module, "trials", lambda: table)
 
@@ -158,19 +175,84 @@ def test_nothing_on_the_front_is_beaten_and_everything_else_is():
     assert [r.label for r in front_of(rows)] == ["d", "a", "b"]
 
 
-def test_a_wish_is_met_by_the_cheapest_of_nine_cases_in_ten():
-    good, bad = [0.001] * 19 + [0.5], [0.001] * 16 + [0.5] * 4
+def measured(rows, cases=20):
+    sure = tradeoff.Case(1e-4, [], True, (), {"orbit_radius": 1e-4}, 1.0)
+    return tradeoff.Tradeoff(rows, {str(n): sure for n in range(cases)}, {}, 1000)
+
+
+def test_a_wish_is_met_by_the_cheapest_that_enough_cases_support():
+    good, bad = [0.001] * 20, [0.001] * 19 + [0.5]  # 19 of 20 may be chance
     rows = [row("cheap", 0.1, 0.0, radius=bad), row("good", 0.2, 0.0, radius=good),
             row("dear", 0.3, 0.0, radius=good)]  # fmt: skip
-    sure = tradeoff.Case(1e-4, [], True, (), {"orbit_radius": 1e-4}, 1.0)
-    found = tradeoff.Tradeoff(rows, {str(n): sure for n in range(20)}, {})
     asked = wish_of("radius 1 %")
     assert asked == Wish("radius", 0.01)
-    assert cheapest(found, [asked]).label == "good"
+    assert cheapest(measured(rows), [asked]).label == "good"
     rows[1] = row("good", 0.2, 0.0, agree=5, radius=good)
-    assert cheapest(found, [asked, wish_of("words 95 %")]).label == "dear"
-    rows[2] = row("dear", 0.3, 0.0, radius=good[-3:])  # too few to tell
-    assert cheapest(found, [asked, wish_of("words 95 %")]) is None
+    words = wish_of("words 70 %")
+    assert cheapest(measured(rows), [asked, words]).label == "dear"
+    rows[2] = row("dear", 0.3, 0.0, radius=good[:8])  # too few to be sure
+    assert cheapest(measured(rows), [asked, words]) is None
+
+
+@pytest.mark.parametrize("level", [0.9, 0.6])
+@pytest.mark.parametrize("count", [24, 5000])
+def test_a_setting_that_misses_its_wish_is_rarely_sure_to_meet_it(level, count):
+    chance, tried = np.random.default_rng(5), 0
+    few = int(np.ceil(level * count)) - 1  # one case less than must meet it
+    for of in (8, 16, 24):
+        met = chance.hypergeometric(few, count - few, of, size=2000)
+        known = {m: Support(m, of, level, count).sure for m in set(met.tolist())}
+        assert np.mean([known[m] for m in met.tolist()]) <= 1.0 - SURE + 0.03
+        tried += Support(of, of, level, count).sure
+    assert tried  # some draws suffice
+    assert not Support(0, 0, level, count).sure
+
+
+def test_no_fewer_cases_than_told_make_a_setting_sure():
+    for level, total in ((0.9, 1000), (0.95, 1000), (0.9, 24), (0.5, 3)):
+        least = fewest(level, total)
+        assert Support(least, least, level, total).sure
+        assert not Support(least - 1, least - 1, level, total).sure
+
+
+def test_of_cases_that_are_all_there_is_the_share_itself_is_known():
+    assert Support(9, 10, 0.9, 10).confidence == 1.0
+    assert Support(8, 10, 0.9, 10).confidence == 0.0
+
+
+def test_a_number_is_sure_only_as_far_as_no_further_case_could_change_the_choice():
+    asked, few = [wish_of("radius 1 %")], [0.001] * 8
+    open_ = [row("open", 0.1, 0.0, radius=few), row("dear", 0.3, 0.0, radius=few)]
+    assert not is_settled(measured(open_), asked, 24)
+    assert is_settled(measured(open_), asked, 2)  # no more would make it sure
+    lost = [row("lost", 0.1, 0.0, radius=[0.5] * 8)]
+    assert is_settled(measured(lost), asked, 24)
+    sure = [row("lost", 0.1, 0.0, radius=[0.5] * 20),
+            row("sure", 0.3, 0.0, radius=[0.001] * 20),
+            row("dear", 0.4, 0.0, radius=[0.001] * 19 + [0.5])]  # fmt: skip
+    assert is_settled(measured(sure), asked, 24)
+    sure.append(row("open", 0.2, 0.0, radius=[0.001] * 19 + [0.5]))
+    assert not is_settled(measured(sure), asked, 24)
+
+
+@pytest.mark.usefixtures("cheap")
+def test_cases_that_come_in_batches_are_measured_as_those_at_once():
+    free = {"gap": 1e-2, "start_energy": 5.0, "force": 0.0, "duration": 2e-3}
+    scenes = {str(v): scene(speed=v, **free) for v in (100, 110, 120, 130)}
+    given = Setting("as given", "as given", FINE)
+    same = Setting("as given", "again", FINE)
+    once = measure(scenes, [given, same, COARSE[0]], repeats=2)
+    parts = Measurement([given, same, COARSE[0]], 2)
+    for names in (list(scenes)[:3], list(scenes)[3:]):
+        parts.add({name: scenes[name] for name in names})
+    by = parts.found()
+    assert list(by.cases) == list(once.cases)
+    for one, other in zip(once.rows, by.rows, strict=True):
+        assert (one.label, one.of, one.errors) == (other.label, other.of, other.errors)
+    assert [one.label for one in by.rows] == ["as given = again", COARSE[0].label]
+    few = parts.found(list(scenes)[:3])
+    assert list(few.cases) == list(scenes)[:3]
+    assert few.rows[1].of == {n: once.rows[1].of[n] for n in few.cases}
 
 
 @pytest.mark.parametrize(
@@ -214,7 +296,7 @@ def test_settings_that_lead_to_one_computation_share_a_row():
     draft = settings_of(["preset"])[1]
     both = Setting("together", "both", {"accuracy": 0.03, "truncation": 0.3})
     fine = Setting("together", "fine", {"accuracy": 0.01, "truncation": 0.3})
-    found = computations({"any": scene()}, [given, draft, both, fine])
+    found = distinct(computations({"any": scene()}, [given, draft, both, fine]))
     assert [one.label for one in found] == ["as given", "preset draft = both", "fine"]
     assert found[1].settings[0].options == "--preset draft"
     assert both.options == "--set accuracy=0.03 --set truncation=0.3"
@@ -313,6 +395,20 @@ def test_a_mistuned_rotor_has_a_reference_though_none_that_is_exact(monkeypatch)
     assert row.errors["centre_peak"].largest < 0.01
 
 
+def test_the_coarser_reference_is_coarser_in_all_though_the_scene_is_fine():
+    fine = {"modes": 500, "time_step": 4e-7, "casing.harmonics": 70}
+    for given in ({}, fine, {"accuracy": 1e-5, "truncation": 1e-3}):
+        reference = reference_of(apply_settings(named_scene("table2"), given))
+        one, other = map(flatten, (reference, coarser_than(reference)))
+        assert {name: other[name] / one[name] for name in one
+                if one[name] != other[name]} == {
+            "solver.time_step": pytest.approx(1.6),
+            "solver.modes": pytest.approx(0.75, abs=0.01),
+            "engine.casing.harmonics": pytest.approx(0.67, abs=0.02),
+            "engine.rotor.elements": pytest.approx(0.75, abs=0.01),
+        }  # fmt: skip
+
+
 def test_an_axis_is_tried_though_the_scene_asks_by_errors():
     asked = apply_settings(named_scene("table2"), {"accuracy": 0.1, "truncation": 0.3})
     assert applied(asked, {"time_step": 4e-6}).solver.accuracy == 0.0
@@ -351,25 +447,64 @@ def test_a_gap_at_rest_is_narrowed_once():
         assert found.solver.accuracy == 0.0
 
 
-def test_the_setting_that_meets_a_wish_is_written_and_comments_are_kept(
-    tmp_path, capsys, monkeypatch
-):
-    file = tmp_path / "mine.toml"
-    file.write_text(
-        "# mine\n[scene]\nduration = 4e-3  # short\ngap = 1e-2\n"
-        '[solver]\npreset = "standard"\n[sweep]\n'
-        "speed = [100, 120, 140, 160, 180, 200]\n"
-    )
+MINE = """\
+# mine
+[scene]
+duration = 4e-3  # short
+gap = 1e-2
+[engine.rotor]
+blades = 4
+[solver]
+preset = "standard"
+[sweep]
+speed = { start = 100, stop = 117, step = 1 }
+"""
+FOR = ["--repeats", "2", "--for", "centre 90 %", "--apply"]
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    """Return a campaign's file, of which only few settings are tried."""
     few = settings_of(["preset"])[:2]
     monkeypatch.setattr(trials, "settings_of", lambda _: few)
-    words = ["tradeoff", str(file), "--repeats", "2", "--for", "centre 90 %", "--apply"]
-    assert main(words) == 0
-    assert f"hpcwhirl campaign {file}" in capsys.readouterr().out
-    text = file.read_text()
+    _reference(monkeypatch, REFERENCE)
+    file = tmp_path / "mine.toml"
+    file.write_text(MINE)
+    return file
+
+
+def test_a_wish_is_written_and_the_file_is_read_once(mine, capsys, monkeypatch):
+    read = []
+
+    def load(path):
+        read.append(path)
+        return load_document(path)
+
+    for module in (options, documents):
+        monkeypatch.setattr(module, "load_document", load)
+    assert main(["tradeoff", str(mine), *FOR]) == 0
+    assert read == [mine]
+    told = capsys.readouterr().out
+    assert f"hpcwhirl campaign {mine}" in told
+    assert "met in 16 of 16 cases: in 90 % of the 18 that can be judged" in told
+    text = mine.read_text()
     assert "duration = 4e-3  # short" in text
     assert "# mine" in text
-    assert Design.of(file).base.solver.accuracy == 0.03
+    assert Design.of(mine).base.solver.accuracy == 0.03
     assert text.count("preset") == 1
+
+
+def test_a_file_that_changed_meanwhile_is_left_as_it_is(mine, capsys, monkeypatch):
+    changed = MINE.replace("gap = 1e-2", "gap = 2e-2")
+
+    def edited(design, count):
+        mine.write_text(changed)
+        return drawn_cases(design, count)
+
+    monkeypatch.setattr(drawing, "drawn_cases", lambda d, n, _: edited(d, n))
+    assert main(["tradeoff", str(mine), *FOR]) == 2
+    assert "has changed since its cases were drawn" in capsys.readouterr().err
+    assert mine.read_text() == changed
 
 
 def test_no_number_is_known_where_the_reference_differs_in_words():
