@@ -206,7 +206,7 @@ def in_operation(scene: Scene) -> dict[str, Scene]:
     already, or does not allow all of them.
     """
     spin = resolve(scene).model.rotor.spin
-    plain = spin is None or (spin.support.is_plain and spin.released is None)
+    plain = spin is None or (spin.is_plain and spin.released is None)
     alike = scene.solver.until == "end" and scene.engine.rotation != "auto"
     if not plain or not alike or changes(scene) or not is_round(scene):
         return {}

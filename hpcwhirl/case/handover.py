@@ -30,7 +30,7 @@ def handed_over(model: Model, scene: Scene) -> str:
         (casing.profile_release > 0.0, "a casing is let go"),
         (casing.contact_law != RIGID, "the casing wears"),
         (
-            spin is not None and not spin.support.is_plain,
+            spin is not None and not spin.is_plain,
             "supports differ by direction or have a film",
         ),
         (weighs(scene), "the rotor's weight moves it in its own frame"),

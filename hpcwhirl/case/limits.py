@@ -29,10 +29,11 @@ from hpcwhirl.case.profile import (
     shape_of,
 )
 from hpcwhirl.case.speed import check_change, extremes
-from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
+from hpcwhirl.case.unbalance import check_unbalance, films_of, is_unbalanced
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import Spin, unlike
 from hpcwhirl.reduction.numbers import one_thread, representable, zero_between
 from hpcwhirl.reduction.supports import Bearing, Support, film_shares
 from hpcwhirl.reduction.waves import stiff_up_to
@@ -144,24 +145,23 @@ def _check_range(bearing: Bearing, speeds: tuple[float, ...]) -> None:
 def check_supports(model: Model, scene: Scene) -> None:
     """Raise InputError for supports that are not admissible at a scene's speed.
 
-    The table of a bearing must include the speed. If supports differ by direction or
-    have a film, they must be stiff in all directions, |k_d| < 1 / a with a the centre's
-    compliance at rest on the mean supports, and dampers must not feed energy, |c_d| <=
-    c.
+    The table of a bearing must include the speed. A support that differs by direction
+    or has a film must be stiff in all directions, |k_d| < 1 / a with a the compliance
+    there at rest on the mean supports, and dampers must not feed energy, |c_d| <= c.
     """
     spin, scheme = model.rotor.spin, scene.solver.scheme
     if spin is None:
         return
-    for own in (spin.support, *(one.support for one in spin.stations)):
+    for own in spin.supports:
         if isinstance(own, Bearing):
             _check_range(own, extremes(scene))
-    if spin.support.is_plain:
+    if spin.is_plain:
         return
-    own = spin.support.at(scene.speed)
-    hub = centre_rows(model.rotor, model.blades)[0]
-    held = 1.0 / float((hub**2 / model.rotor.omega**2).sum()) + own.stiffness.real
-    _check_directions(own, held, scene)
-    if is_unbalanced(scene) and (told := _ellipse_refused(own, scheme)):
+    for one in unlike(model.rotor, model.blades):
+        own, row = one.support.at(scene.speed), one.rows[0] @ model.rotor.shapes
+        held = 1.0 / float((row**2 / model.rotor.omega**2).sum()) + own.stiffness.real
+        _check_directions(own, held, scene)
+    if is_unbalanced(scene) and (told := _ellipse_refused(spin, scheme)):
         raise InputError(
             f"unbalance must be 0 {told}, and lost_blade {NO_BLADE}, got "
             f"{scene.unbalance} and {scene.engine.rotor.lost_blade}"
@@ -177,12 +177,15 @@ def _check_directions(own: Support, held: float, scene: Scene) -> None:
     lost, least = abs(own.damping_apart), own.damping.real * (1 + 1e-9)
     if apart < within and lost <= least:
         return
-    if scene.engine.rotor.bearing:
+    where = scene.engine.rotor.bearing and "bearing"
+    if scene.engine.rotor.has_line:
+        where = "a bearing of the shaft"
+    if where:
         what = f"stiffness > 0 N/m, got {held - apart:.6g}"
         if apart < within:
             what = f"damping >= 0 N s/m, got {own.damping.real - lost:.6g}"
         raise InputError(
-            f"bearing must have in all directions, at {scene.speed:.6g} rad/s, a {what}"
+            f"{where} must have in all directions, at {scene.speed:.6g} rad/s, a {what}"
         )
     if not lost <= least:
         raise InputError(
@@ -196,17 +199,17 @@ def _check_directions(own: Support, held: float, scene: Scene) -> None:
     )
 
 
-def _ellipse_refused(own: Support, scheme: str) -> str:
+def _ellipse_refused(spin: Spin, scheme: str) -> str:
     """Return where an unbalance is refused on supports that make its orbit elliptic.
 
     The text is part of an error message; "": the unbalance is allowed.
 
-    own, scheme : the supports at the scene's speed; name of the scheme
+    spin, scheme : the rotor's terms of rotation; name of the scheme
     """
     where = "where supports differ by direction or have a film"
     if scheme == "paper":
         return f"with scheme paper {where}"
-    if not own.is_round and own.film:
+    if not spin.is_round and films_of(spin):
         return "where supports differ by direction and have a film"
     return ""
 
@@ -471,20 +474,20 @@ def step_asked(model: Model, scene: Scene) -> float:
 def film_error(model: Model, step: float, eccentricity: float) -> float:
     """Return an estimate of a squeeze film's relative error in time; 0 without a film.
 
-    It is that of the centre's motion, relative to its largest. A step's contact is not
-    among the velocities that give the film's force in the same step: the error is of
-    first order, BY_FILM dt c / m, c being the damping along the eccentricity and 1 / m
-    the mobility of the centre. BY_FILM is the largest value found in runs with contact
-    up to an eccentricity of 0.83.
+    It is that of the motion in the film, relative to its largest; of several films the
+    largest. A step's contact is not among the velocities that give the film's force in
+    the same step: the error is of first order, BY_FILM dt c / m, c being the damping
+    along the eccentricity and 1 / m the mobility there. BY_FILM is the largest value
+    found in runs with contact up to an eccentricity of 0.83.
 
-    step, eccentricity : dt, s; largest displacement of the centre over the clearance
+    step, eccentricity : dt, s; largest displacement in the film over the clearance
     """
-    spin = model.rotor.spin
-    own = spin.support.at(0.0) if spin else None
-    if own is None or own.film == 0.0:
-        return 0.0
-    mobility = float((centre_rows(model.rotor, model.blades) ** 2).sum()) / 2.0
-    return BY_FILM * step * own.film * film_shares(eccentricity)[0] * mobility
+    pulls = [
+        one.support.at(0.0).film * ((one.rows @ model.rotor.shapes) ** 2).sum() / 2.0
+        for one in unlike(model.rotor, model.blades)
+    ]
+    most = float(max(pulls, default=0.0))
+    return BY_FILM * step * most * film_shares(eccentricity)[0] if most else 0.0
 
 
 def told_of_film(model: Model, scene: Scene, peak: float) -> str:

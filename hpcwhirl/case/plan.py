@@ -175,7 +175,7 @@ def plan_of(scene: Scene, model: Model) -> Plan:
     settling = settling_time(scene, model)
     lean = scene.solver.plan == "lean" and SCHEMES[scene.solver.scheme].settles
     spin = model.rotor.spin
-    lean = lean and (spin is None or spin.support.is_plain)
+    lean = lean and (spin is None or spin.is_plain)
     lean = lean and growth == 0.0 and settling < math.inf and not weighs(scene)
     wanted = scene.solver.until == "certain" or settling < SOON * scene.end_time
     return Plan(folds, lean and wanted, settling, growth)

@@ -486,7 +486,7 @@ def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
             f"{law.rate:.6g}"
         )
     spin = model.rotor.spin
-    if spin is not None and not spin.support.is_plain:
+    if spin is not None and not spin.is_plain:
         table = scene.speed_table
         got = shown(table) if table else f"{scene.acceleration:.6g}"
         raise InputError(

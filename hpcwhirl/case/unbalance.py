@@ -17,7 +17,7 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -29,11 +29,12 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import Spin
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.steady import Loads, Steady, steady_response, translation
-from hpcwhirl.reduction.supports import CLOSED, Bearing, film_shares
+from hpcwhirl.reduction.supports import CLOSED, Bearing, Support, film_shares
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.rules import NO_BLADE
 
 CLEAR = 0.1  # share of the gap that is left at each blade when a run begins
+SWEEPS, ALIKE = 100, 1e-13  # over several films; relative change that ends them
 MOST_KEPT = 32  # number of cached circles
 
 
@@ -174,8 +175,8 @@ def _steady(
 ) -> Steady:
     spin, loads = model.rotor.spin, _loads(model, given, speed)
     try:
-        if spin is not None and spin.support.at(speed).film:
-            found = _circle_in_film(model, spin, loads, speed)
+        if spin is not None and films_of(spin):
+            found = _circle_in_films(model, spin, loads, speed)
         else:
             found = steady_response(model.rotor, model.blades, loads, speed, step)
     except np.linalg.LinAlgError:
@@ -202,38 +203,86 @@ def _loads(model: Model, given: tuple[complex, complex], speed: float) -> Loads:
         load += speed**2 * model.rotor.terms.released
     if weight == 0.0:
         return {0: load}
-    moved = translation(model.rotor, model.blades)
-    return {0: load, 1: (model.rotor.mass @ moved) * weight.conjugate()}
+    carried = model.rotor.mass @ translation(model.rotor, model.blades)
+    if model.rotor.terms.hung is not None:
+        carried = carried + [1.0, 1.0j] @ model.rotor.terms.hung
+    return {0: load, 1: carried * weight.conjugate()}
 
 
-def _circle_in_film(model: Model, spin: Spin, loads: Loads, speed: float) -> Steady:
-    """Return the steady motion by unbalance with a squeeze film.
+def films_of(spin: Spin) -> list[int]:
+    """Return which of a rotor's supports, `Spin.supports`, are squeeze films."""
+    every = enumerate(spin.supports)
+    return [i for i, own in every if isinstance(own, Support) and own.film > 0.0]
 
-    The film's damping depends on the radius of the centre's circle, and is that at the
-    radius that results.
+
+def _circle_in_films(model: Model, spin: Spin, loads: Loads, speed: float) -> Steady:
+    """Return the steady motion by unbalance with squeeze films.
+
+    A film's damping depends on the radius of its circle, and is that at the radius that
+    results. Of several films each radius is found with the last ones of the others.
 
     loads, speed : result of `_loads`; Omega, rad/s
     """
-    own = spin.support
-    if isinstance(own, Bearing):  # refused beside a film
-        raise TypeError(own)
+    places = films_of(spin)
+    radii = dict.fromkeys(places, 0.0)
 
-    def at(radius: float) -> Steady:
-        across = own.film * (film_shares(radius / own.clearance)[1] - 1.0)
-        support = replace(own, damping=own.damping + across)
-        turned = replace(model.rotor, spin=replace(spin, support=support))
+    def at(place: int, radius: float) -> Steady:
+        damped = _with_films(spin, radii | {place: radius})
+        turned = replace(model.rotor, spin=damped)
         return steady_response(turned, model.blades, loads, speed)
 
-    def miss(radius: float) -> float:
-        return abs(centre_of(model, at(radius).still)) - radius
+    def miss(place: int, radius: float) -> float:
+        z = at(place, radius).still @ _rows_of(model, spin, place).T
+        return float(np.hypot(*z)) - radius
 
-    most = CLOSED * own.clearance
-    if miss(most) > 0.0:
-        raise InputError(
-            f"film_clearance must be > {own.clearance:.6g} m: the unbalance's circle "
-            f"would exceed {CLOSED:g} of it, which closes the squeeze film"
-        )
-    return at(zero_between(miss, 0.0, most, xtol=1e-15, rtol=1e-14))
+    for _ in range(SWEEPS if len(places) > 1 else 1):
+        last = dict(radii)
+        for place in places:
+            most = CLOSED * _film(spin, place).clearance
+            if miss(place, most) > 0.0:
+                raise _closing(_film(spin, place))
+            radii[place] = zero_between(
+                partial(miss, place), 0.0, most, xtol=1e-15, rtol=1e-14
+            )
+        if all(abs(radii[i] - last[i]) <= ALIKE * radii[i] for i in places):
+            break
+    return at(places[0], radii[places[0]])
+
+
+def _closing(own: Support) -> InputError:
+    return InputError(
+        f"film_clearance must be > {own.clearance:.6g} m: the unbalance's circle would "
+        f"exceed {CLOSED:g} of it, which closes the squeeze film"
+    )
+
+
+def _film(spin: Spin, place: int) -> Support:
+    own = spin.supports[place]
+    if isinstance(own, Bearing):
+        raise TypeError(own)
+    return own
+
+
+def _rows_of(model: Model, spin: Spin, place: int) -> Floats:
+    """Return the displacements x, y of a support for unit coordinates, (2, n)."""
+    if place > 0:
+        return spin.stations[place - 1].rows
+    return np.eye(len(model.rotor.mass))[2 * model.blades : 2 * model.blades + 2]
+
+
+def _with_films(spin: Spin, radii: dict[int, float]) -> Spin:
+    """Return terms of rotation with the damping of films at the radii of circles.
+
+    radii : {index in `Spin.supports`: m}
+    """
+    changed = list(spin.supports)
+    for i, radius in radii.items():
+        own = _film(spin, i)
+        across = own.film * (film_shares(radius / own.clearance)[1] - 1.0)
+        changed[i] = replace(own, damping=own.damping + across)
+    others = zip(spin.stations, changed[1:], strict=True)
+    stations = tuple(replace(one, support=own) for one, own in others)
+    return replace(spin, support=changed[0], stations=stations)
 
 
 def centre_orbit(model: Model, scene: Scene, times: Floats) -> Complexes:

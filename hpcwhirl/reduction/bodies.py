@@ -35,7 +35,7 @@ from hpcwhirl.reduction.round_casing import (
     shell_model,
 )
 from hpcwhirl.reduction.spin import standing_damping, with_blocks
-from hpcwhirl.reduction.supports import Support, bearing_of, small_damping
+from hpcwhirl.reduction.supports import Support, bearing_of
 from hpcwhirl.scene import Casing, Rotor
 from hpcwhirl.scene.kept_tables import kept_rows
 from hpcwhirl.scene.rules import NO_BLADE
@@ -46,6 +46,7 @@ from hpcwhirl.structure import (
     bladed_disk,
     ring,
     rotation_of,
+    small_damping,
 )
 
 __all__ = [

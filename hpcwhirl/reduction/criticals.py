@@ -23,7 +23,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.reduction.growth import floor_of, roots_over, search_range
-from hpcwhirl.reduction.modes import ModalModel, SpinBlock
+from hpcwhirl.reduction.modes import ModalModel, SpinBlock, unlike_waves
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.waves import (
     WaveLine,
@@ -120,7 +120,7 @@ def _ahead(model: ModalModel, piece: SpinBlock, speeds: Floats) -> Floats:
     speeds : (n,), rad/s
     """
     turned = np.sort(roots_over(model, piece, speeds).imag, axis=1)
-    if model.terms.support.is_round:  # rotating frame: forward if < 0
+    if model.terms.is_round:  # rotating frame: forward if < 0
         return np.asarray(-turned)
     upper = turned[:, turned.shape[1] // 2 :]  # static frame, one of each conjugates
     return np.asarray(upper - speeds[:, None])
@@ -139,7 +139,7 @@ def _named(model: ModalModel, blades: int, speed: float) -> Critical:
         return abs(abs(line.static) - speed)
 
     lines = [one for one in wave_lines(model, blades, speed) if one.nodal_diameter == 1]
-    if model.terms.support.is_round:
+    if model.terms.is_round:
         lines = [line for line in lines if line.static > 0.0]
     line = min(lines, key=apart)
     return Critical(
@@ -190,7 +190,7 @@ def _limit_of(model: ModalModel, piece: SpinBlock, speed: float) -> Limit | None
 
 
 def _told(model: ModalModel, coupling: float, root: complex) -> Limit:
-    round_ones = model.terms.support.is_round
+    round_ones = model.terms.is_round
     return Limit(coupling, root.imag if round_ones else abs(root.imag))
 
 
@@ -207,8 +207,8 @@ def _roots_with(
     gyro, damping, stiffness, push = diameter_matrices(model, piece, speed)
     sense = math.copysign(1.0, speed)
     driven = 1j * sense * coupling * np.outer(piece.hub.conj(), piece.hub)
-    pair, own = (damping + gyro, stiffness + push + driven), model.terms.support
-    if own.is_round:
+    pair, spin = (damping + gyro, stiffness + push + driven), model.terms
+    if spin.is_round:
         roots = quadratic_roots(*pair)
         return np.asarray(roots.real + 1j * (abs(speed) - sense * roots.imag))
-    return quadratic_roots(*coupled_by_supports(pair, piece.hub, own.at(speed), speed))
+    return quadratic_roots(*coupled_by_supports(pair, unlike_waves(spin, piece), speed))

@@ -33,6 +33,7 @@ from hpcwhirl.reduction.modes import (
     SpinBlock,
     centre_rows,
     unheld_rates,
+    unlike_waves,
 )
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.supports import Bearing, planar
@@ -240,12 +241,12 @@ def roots_over(model: ModalModel, piece: SpinBlock, speeds: Floats) -> Complexes
     They are (n, 2 m) for m modes, rotating frame; (n, 4 m), static frame, on supports
     that differ by direction, where each motion is counted with its conjugate.
     """
-    support, parts = model.terms.support, []
+    spin, parts = model.terms, []
     for speed in speeds.tolist():
         gyro, damping, stiffness, push = diameter_matrices(model, piece, speed)
         pair = damping + gyro, stiffness + push
-        if not support.is_round:
-            pair = coupled_by_supports(pair, piece.hub, support.at(speed), speed)
+        if not spin.is_round:
+            pair = coupled_by_supports(pair, unlike_waves(spin, piece), speed)
         parts.append(pair)
     rates, held = zip(*parts, strict=True)
     return quadratic_roots(np.stack(rates), np.stack(held))

@@ -130,12 +130,11 @@ def highest(body: ModalModel, speed: float, blades: int) -> float:
         return float(body.omega.max())
     stiffness = body.stiffness + stiffening_at(body.spin, speed)
     if has_centre(body, blades):
-        own, hub = body.spin.support.at(speed), 2 * blades + np.arange(2)
-        stiffest = own.turning(speed).real + abs(own.stiffness_apart)
-        stiffness[hub, hub] += stiffest + abs(speed * own.damping_apart)
+        hub = 2 * blades + np.arange(2)
+        stiffness[hub, hub] += body.spin.support.at(speed).stiffest(speed)
     for one in body.spin.stations:
-        stiff = one.support.at(speed).turning(speed).real
-        stiffness += stiff * one.rows.T @ one.rows
+        stiffest = one.support.at(speed).stiffest(speed)
+        stiffness += stiffest * one.rows.T @ one.rows
     last = len(stiffness) - 1
     squared = eigh(stiffness, body.mass, eigvals_only=True, subset_by_index=(last,) * 2)
     return float(np.sqrt(max(squared[0], np.finfo(float).tiny)))

@@ -118,6 +118,8 @@ class Spin:
         lost
     swing : F_e (n,), kg m; a changing speed adds the force -F_e dOmega/dt; None:
         unknown
+    hung : (2, n), kg, loads by a unit acceleration along x and y, of a shaft with mass,
+        beyond those of a rigid translation of the rotor; None: 0
     """
 
     coriolis: Floats
@@ -131,6 +133,22 @@ class Spin:
     tilt: tuple[int, ...] = ()
     released: Floats | None = None
     swing: Floats | None = None
+    hung: Floats | None = None
+
+    @property
+    def supports(self) -> tuple[supports.Support | supports.Bearing, ...]:
+        """The support of the centre, then those of the shaft's stations."""
+        return self.support, *(one.support for one in self.stations)
+
+    @property
+    def is_round(self) -> bool:
+        """Whether all supports are the same in all directions, in small motions."""
+        return all(own.is_round for own in self.supports)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the supports' matrices in the rotating frame are constant in time."""
+        return all(own.is_plain for own in self.supports)
 
 
 def stiffening_at(spin: Spin | SpinBlock, speed: float) -> Any:
@@ -279,6 +297,34 @@ def centre_rows(model: ModalModel, blades: int) -> Floats:
     if not has_centre(model, blades):
         return np.zeros((2, len(model.omega)))
     return model.shapes[2 * blades : 2 * blades + 2]
+
+
+def unlike(model: ModalModel, blades: int) -> tuple[supports.Station, ...]:
+    """Return the supports whose force no constant matrix gives, with their places.
+
+    They differ by direction or have a squeeze film; () for a rotor without any.
+
+    model, blades : modal model of the rotor; N
+    """
+    spin = model.spin
+    if spin is None or spin.is_plain:
+        return ()
+    every = spin.stations
+    if has_centre(model, blades):
+        hub = np.eye(len(model.shapes))[2 * blades : 2 * blades + 2]
+        every = supports.Station(hub, spin.support), *every
+    return tuple(one for one in every if not one.support.is_plain)
+
+
+def unlike_waves(
+    spin: Spin, piece: SpinBlock
+) -> list[tuple[Complexes, supports.Support | supports.Bearing]]:
+    """Return the supports of `unlike`, with their motion in modes as `SpinBlock.hub`.
+
+    spin, piece : terms of rotation; modes of a nodal diameter that move the centre
+    """
+    every = zip((piece.hub, *piece.stations), spin.supports, strict=True)
+    return [(row, own) for row, own in every if not own.is_plain]
 
 
 def with_ratio(
@@ -756,10 +802,11 @@ def on_mount(
     inner[np.ix_(x, x)] = mount.damping
     inner[np.ix_(y, y)] = mount.damping * np.outer(signs, signs)
     stations = tuple(
-        supports.Station(row, supports.bearing_of(list(own.rows), own.springs))
+        supports.Station(row, supports.of_line(own))
         for row, own in zip(rows(mount.rows), mount.supports, strict=True)
     )
+    (hung,) = rows((mount.weight - mount.mass[0])[None])
     held = rows(mount.factor).reshape(-1, len(model.mass)) @ model.shapes
     material = inner if inner.any() else None
-    own = replace(spin, stations=stations, material=material)
+    own = replace(spin, stations=stations, material=material, hung=hung)
     return replace(model, unheld=held, spin=own)

@@ -6,8 +6,9 @@ X_h. On supports that are the same in all directions each harmonic answers its o
 
 A_h X_h = F_h, A_h = K(Omega) + S + i h Omega (D + 2 Omega C) - (h Omega)^2 M.
 
-Supports that differ by direction couple harmonics by their force on the centre. With z
-= x_o + i y_o as the sum of z_h e^{i h Omega t} over all h, negative ones too,
+Supports that differ by direction couple harmonics by their forces. With the motion z =
+x + i y of the rotor at one of them, of the centre for example, as the sum of z_h e^{i h
+Omega t} over all h, negative ones too,
 
 f_k = -beta_h conj(z_h), k = -(h + 2), beta_h = k_d - i (1 + h) Omega c_d.
 
@@ -21,13 +22,13 @@ by (2 sin(h Omega dt / 2) / dt)^2, so that the motion is steady in time steps.
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import NamedTuple
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
-from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.modes import ModalModel, unlike
 from hpcwhirl.reduction.waves import turning_matrices
 
 LEAST = 1e-15  # size of a harmonic, relative to the largest, that is left out
@@ -89,7 +90,17 @@ class _Harmonics:
         gyro, damping, stiffness, push = turning_matrices(model, speed, blades)
         self.held, self.rate, self.mass = stiffness + push, damping + gyro, model.mass
         self.speed, self.step = speed, step
-        self.hub = np.eye(len(self.held))[:, 2 * blades : 2 * blades + 2]
+        self.apart = [one for one in unlike(model, blades) if not one.support.is_round]
+        size = len(self.held)  # (n, 2 s), of s supports that differ by direction
+        self.rows = np.vstack([np.zeros((0, size)), *(p.rows for p in self.apart)]).T
+
+    @cached_property
+    def differences(self) -> tuple[Complexes, Complexes]:
+        """The coefficients k_d - i Omega c_d and c_d of the supports, (s,) each."""
+        own = [one.support.at(self.speed) for one in self.apart]
+        lost = np.array([one.damping_apart for one in own])
+        stiff = np.array([one.stiffness_apart for one in own])
+        return stiff - 1j * self.speed * lost, lost
 
     def times(self, h: int) -> float:
         """Return h Omega, 1/s, as the velocities of time steps have it."""
@@ -126,15 +137,14 @@ def steady_response(
     numpy.linalg.LinAlgError
         at a critical speed without damping
     """
-    own, answers = model.terms.support.at(speed), _Harmonics(model, blades, speed, step)
-    if own.is_round:
+    answers = _Harmonics(model, blades, speed, step)
+    if model.terms.is_round:
         return _sorted({h: answers.answer(h, load) for h, load in loads.items()})
     found: dict[int, Complexes] = {}
-    apart = own.stiffness_apart - 1j * speed * own.damping_apart, own.damping_apart
     for parity in (0, 1):
         given = {h: load for h, load in loads.items() if h % 2 == parity}
         if given:
-            found |= _coupled(answers, given, apart, cyclic=model.cyclic)
+            found |= _coupled(answers, given, cyclic=model.cyclic)
     return _sorted(found)
 
 
@@ -148,12 +158,11 @@ def _sorted(found: dict[int, Complexes]) -> Steady:
 
 
 def _coupled(
-    answers: _Harmonics, given: Loads, apart: tuple[complex, complex], *, cyclic: bool
+    answers: _Harmonics, given: Loads, *, cyclic: bool
 ) -> dict[int, Complexes]:
     """Return the harmonics of one parity that supports couple, {h: X_h}, h >= 0.
 
     given : the loads of this parity
-    apart : k_d - i Omega c_d, and c_d, by which the supports differ by direction
     cyclic : whether sectors are equal, so that only two harmonics are coupled
     """
     top = (2 if cyclic else 8) - max(given) % 2
@@ -163,9 +172,9 @@ def _coupled(
         for h in orders:
             if h not in known:
                 load = given.get(h, np.zeros(len(answers.held), dtype=complex))
-                both = np.column_stack([answers.hub, load * (1.0 if h == 0 else 0.5)])
+                both = np.column_stack([answers.rows, load * (1.0 if h == 0 else 0.5)])
                 known[h] = answers.answer(h, both)
-        found = _solved(answers, known, orders, apart)
+        found = _solved(answers, known, orders)
         large = max(float(np.abs(shape).max()) for shape in found.values())
         small = float(np.abs(found[top]).max()) <= LEAST * large
         if cyclic or small or top >= MOST:
@@ -177,39 +186,50 @@ def _solved(
     answers: _Harmonics,
     known: dict[int, Complexes],
     orders: range,
-    apart: tuple[complex, complex],
 ) -> dict[int, Complexes]:
     """Return {h: X_h} of the harmonics `orders`, h >= 0, with the supports' forces.
 
-    known : {h: (n, 3)}, answers to unit forces x and y on the centre, and to the load
+    known : {h: (n, 2 s + 1)}, answers to unit forces x and y on each of s supports, and
+        to the load
     """
     low, top = -orders[-1], orders[-1]
     both = list(range(low, top + 1, 2))
-    place = {h: i for i, h in enumerate(both)}
-    plain = np.eye(len(both), dtype=complex)
+    place, s = {h: i for i, h in enumerate(both)}, len(answers.apart)
+    plain = np.eye(len(both) * s, dtype=complex).reshape(len(both), s, len(both), s)
     turned = np.zeros_like(plain)
-    right = np.zeros(len(both), dtype=complex)
+    right = np.zeros((len(both), s), dtype=complex)
     for k in both:
         h = -(k + 2)
         if h not in place:
             continue
-        three = answers.hub.T @ known[abs(h)]
-        three = three.conj() if h < 0 else three
-        x, y, rest = (complex(row) for row in np.array([1.0, 1.0j]) @ three)
-        beta = apart[0] - 1j * answers.times(h) * apart[1]
-        turned[place[k], place[h]] += beta * ((x - 1j * y) / 2).conjugate()
-        plain[place[k], place[-h]] += beta * ((x + 1j * y) / 2).conjugate()
-        right[place[k]] = -beta * rest.conjugate()
-    a, b = plain + turned, plain - turned
-    matrix = np.block([[a.real, -b.imag], [a.imag, b.real]])
-    re, im = np.linalg.solve(matrix, np.append(right.real, right.imag)).reshape(2, -1)
-    force = dict(zip(both, re + 1j * im, strict=True))
+        moved = answers.rows.T @ known[abs(h)]
+        moved = moved.conj() if h < 0 else moved
+        z = moved[0::2] + 1j * moved[1::2]  # (s, 2 s + 1)
+        x, y, rest = z[:, :-1:2], z[:, 1:-1:2], z[:, -1]
+        stiff, lost = answers.differences
+        beta = stiff - 1j * answers.times(h) * lost
+        turned[place[k], :, place[h]] += beta[:, None] * ((x - 1j * y) / 2).conj()
+        plain[place[k], :, place[-h]] += beta[:, None] * ((x + 1j * y) / 2).conj()
+        right[place[k]] = -beta * rest.conj()
+    force = dict(zip(both, _with_conjugates(plain, turned, right), strict=True))
     out = {}
     for h in orders:
-        f, back = force[h], force[-h].conjugate()
-        pushed = known[h] @ np.array([(f + back) / 2, (f - back) / 2j, 1.0])
+        f, back = force[h], force[-h].conj()
+        pairs = np.stack([(f + back) / 2, (f - back) / 2j], axis=1)
+        pushed = known[h] @ np.append(pairs.ravel(), 1.0)
         out[h] = pushed if h == 0 else 2.0 * pushed
     return out
+
+
+def _with_conjugates(plain: Complexes, turned: Complexes, right: Complexes) -> Any:
+    """Return f with plain f + turned conj(f) = right, all of the shape of `right`."""
+    size = right.size
+    a, b = plain.reshape(size, size), turned.reshape(size, size)
+    a, b = a + b, a - b
+    matrix = np.block([[a.real, -b.imag], [a.imag, b.real]])
+    both = np.append(right.real.ravel(), right.imag.ravel())
+    re, im = np.linalg.solve(matrix, both).reshape(2, -1)
+    return (re + 1j * im).reshape(right.shape)
 
 
 @lru_cache(maxsize=8)

@@ -57,7 +57,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.reduction.numbers import zero_between
-from hpcwhirl.structure import Mount
+from hpcwhirl.structure import LineSupport, Mount
 
 CLOSED = 0.99  # eps beyond which damping is taken as constant
 OFF = 0.1  # relative increase of the damping up to which c_0 is a fair approximation
@@ -113,6 +113,14 @@ class Support:
         on it is -(k + i Omega c) z - c z'; speed : Omega, rad/s
         """
         return self.stiffness + 1j * speed * self.damping
+
+    def stiffest(self, speed: float) -> float:
+        """Return the stiffness against z in the direction in which it is largest, N/m.
+
+        speed : Omega, rad/s
+        """
+        apart = abs(self.stiffness_apart) + abs(speed * self.damping_apart)
+        return self.turning(speed).real + apart
 
 
 def _mirrored(own: Support) -> Support:
@@ -214,16 +222,6 @@ def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
     return Bearing(table[:, 0], table[:, 1:], spring)
 
 
-def small_damping(
-    viscosity: float, length: float, radius: float, clearance: float
-) -> float:
-    """Return the damping c_0, N s/m, of a squeeze film in small motions.
-
-    viscosity, length, radius, clearance : mu, Pa s; L, R and c of the film, m
-    """
-    return math.pi * viscosity * radius * (length / clearance) ** 3
-
-
 def film_shares(eccentricity: float) -> tuple[float, float]:
     """Return how much more than c_0 a squeeze film damps an eccentric motion.
 
@@ -249,21 +247,31 @@ def valid_up_to() -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Station:
-    """A support of the shaft at another place than the centre.
+    """A support of the shaft at some place, at the centre or at another station.
 
     Attributes
     ----------
     rows : (2, n), its displacements x, y for unit coordinates of the rotor
-    support : springs and dampers, the same in all directions
+    support : springs, dampers and squeeze film
     """
 
     rows: Floats
-    support: Bearing
+    support: Support | Bearing
 
     @property
     def is_constant(self) -> bool:
         """Whether its coefficients are the same at all speeds."""
-        return len(self.support.speeds) == 1
+        return isinstance(self.support, Support) or len(self.support.speeds) == 1
+
+
+def of_line(own: LineSupport) -> Support | Bearing:
+    """Return the springs and dampers of a support of a shaft line.
+
+    Its stiffness at the first speed, which is part of the line's, is left out.
+    """
+    if own.film:
+        return Support(damping=own.film + 0j, film=own.film, clearance=own.clearance)
+    return bearing_of(list(own.rows), own.springs)
 
 
 ROUND = Support()  # only the springs in the rotor's matrix

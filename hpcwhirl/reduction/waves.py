@@ -34,6 +34,7 @@ from hpcwhirl.reduction.modes import (
     has_centre,
     stiffening_at,
     unheld_rates,
+    unlike_waves,
 )
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.supports import Bearing, Support, planar
@@ -42,6 +43,7 @@ WATCHED = 4.0  # highest speed of a search / first natural frequency, without a 
 SPEEDS = 101  # number of speeds of a bearing's table at which resonances are searched
 REAL = 1e-9  # imaginary part, relative to the largest root, of a root taken as real
 ALIKE = 1e-6  # relative difference up to which frequencies count as equal
+Unlike = list[tuple[Complexes, Support | Bearing]]  # see `unlike_waves`
 ROUND_OFF = 1e-11  # growth rate, relative to the highest frequency, that counts as 0
 
 
@@ -152,21 +154,15 @@ def wave_roots(model: ModalModel, piece: SpinBlock, speed: float) -> Complexes:
     gyro, damping, stiffness, push = diameter_matrices(model, piece, speed)
     roots = quadratic_roots(damping + gyro, stiffness + push)
     roots, own = roots[np.argsort(roots.imag, kind="stable")], model.spin
-    if own is None or own.support.is_round or not piece.hub.any():
+    if own is None or own.is_round or not piece.hub.any():
         return roots
-    return _apart(
-        (damping + gyro, stiffness + push),
-        piece.hub,
-        own.support.at(speed),
-        speed,
-        roots,
-    )
+    pair = damping + gyro, stiffness + push
+    return _apart(pair, unlike_waves(own, piece), speed, roots)
 
 
 def _apart(
     matrices: tuple[Complexes, Complexes],
-    hub: Complexes,
-    own: Support,
+    apart: Unlike,
     speed: float,
     roots: Complexes,
 ) -> Complexes:
@@ -176,21 +172,20 @@ def _apart(
 
     [s^2 + s (G + 2 i Omega) + K + i Omega G - Omega^2] Y = -conj(k_d + s c_d) X
 
-    at the centre, and the conjugate equation: each pair of roots s, conj(s) is an
+    at each support, and the conjugate equation: each pair of roots s, conj(s) is an
     elliptic motion. It gets the name and sense (forward or backward) of the wave on the
     mean supports with the nearest frequency.
 
     Parameters
     ----------
     matrices : G = D + 2 Omega C and K on the mean supports, (m, m), rotating frame
-    hub : (m,), displacement z_o of the centre in the modes, see `SpinBlock`
-    own : the supports, which differ by direction
+    apart : supports that differ by direction, see `unlike_waves`
     speed : Omega, rad/s
     roots : (2 m,), 1/s, roots on the mean supports, sorted from forward to backward
     """
     from scipy.optimize import linear_sum_assignment  # slow to import
 
-    found = quadratic_roots(*coupled_by_supports(matrices, hub, own, speed))
+    found = quadratic_roots(*coupled_by_supports(matrices, apart, speed))
     found = found[np.argsort(-found.imag, kind="stable")][: len(roots)]
     named = (roots - 1j * speed).imag
     near = np.abs(named) - ALIKE * named  # of equal frequencies forward is the higher
@@ -199,31 +194,44 @@ def _apart(
 
 
 def coupled_by_supports(
-    matrices: tuple[Complexes, Complexes], hub: Complexes, own: Support, speed: float
+    matrices: tuple[Complexes, Complexes], apart: Unlike, speed: float
 ) -> tuple[Complexes, Complexes]:
     """Return the matrices of Y and conj(Y) in the equation of `_apart`, (2 m, 2 m).
 
-    They are those of velocities and of displacements, static frame; matrices, hub, own,
+    They are those of velocities and of displacements, static frame; matrices, apart,
     speed as in `_apart`
     """
     rate, whole = matrices
-    same = np.eye(len(hub))
+    same = np.eye(len(rate))
     held = whole + 1j * speed * rate - speed**2 * same
+    lost, stiff = _across(apart, speed)
     return (
-        _with_conjugate(rate + 2j * speed * same, own.damping_apart, hub),
-        _with_conjugate(held, own.stiffness_apart, hub),
+        _with_conjugate(rate + 2j * speed * same, lost),
+        _with_conjugate(held, stiff),
     )
 
 
-def _with_conjugate(matrix: Complexes, apart: complex, hub: Complexes) -> Complexes:
+def _across(apart: Unlike, speed: float) -> tuple[Complexes, Complexes]:
+    """Return the sums of c_d and of k_d over supports, as B of `_with_conjugate`.
+
+    apart, speed : as in `_apart`
+    """
+    now = [(np.outer(row, row), own.at(speed)) for row, own in apart]
+    return (
+        np.asarray(sum(own.damping_apart * moved for moved, own in now)),
+        np.asarray(sum(own.stiffness_apart * moved for moved, own in now)),
+    )
+
+
+def _with_conjugate(matrix: Complexes, across: Any) -> Complexes:
     """Return the matrix of motions on supports that differ by direction, (2 m, 2 m).
 
     It is [[A, conj(B)], [B, conj(A)]], which acts on (Y, conj(Y)) of `_apart`.
 
-    matrix : A (m, m)
-    apart, hub : factor k_d or c_d at the centre; (m,), z_o of m modes, which give B
+    matrix, across : A and B (m, m); B = k_d z z^T at a support, or c_d z z^T, z (m,)
+        its motion in the modes; 0: none
     """
-    across = apart * np.outer(hub, hub)
+    across = np.broadcast_to(across, matrix.shape)
     return np.block([[matrix, across.conj()], [across, matrix.conj()]])
 
 
@@ -470,14 +478,15 @@ def _of_unbalance(
     rest = np.diag(piece.omega**2) + own.stiffness.real * np.outer(hub.conj(), hub)
     for row, one in zip(piece.stations, spin.stations, strict=True):
         rest += one.support.at(speed).stiffness.real * np.outer(row.conj(), row)
-    if own.is_round:
+    if spin.is_round:
         return rest, first, second
-    first = _with_conjugate(first, 0j, hub)
+    first = _with_conjugate(first, 0j)
     n = len(hub)
     first[n:, n:] += (4j * piece.coriolis - 4 * np.eye(n)).conj()
     if second is not None:
-        second = _with_conjugate(second, 0j, hub)
-    return _with_conjugate(rest, own.stiffness_apart, hub), first, second
+        second = _with_conjugate(second, 0j)
+    _, across = _across(unlike_waves(spin, piece), speed)
+    return _with_conjugate(rest, across), first, second
 
 
 def _soft_at(stiffness: Any, first: Any, second: Any) -> Floats:

@@ -36,7 +36,7 @@ from hpcwhirl.scene.plain_data import (
     scene_from,
 )
 from hpcwhirl.scene.quantities import INPUTS
-from hpcwhirl.scene.shaft_tables import REFUSED, SUFFIXES, UNEQUAL, parsed, text_of
+from hpcwhirl.scene.shaft_tables import KEPT, SUFFIXES, UNEQUAL, parsed, text_of
 from hpcwhirl.scene.swept import KEYS
 from hpcwhirl.scene.table_files import utf_8
 from hpcwhirl.scene.table_model import anchored
@@ -185,7 +185,7 @@ def _shaft_line(
         if name in shaft:
             own[f"shaft_{name}"] = shaft[name]
     rest = {k: v for k, v in shaft.items() if k not in {"station", "modes"}}
-    unequal, file = rest.pop("unequal", REFUSED), rest.pop("file", None)
+    unequal, file = rest.pop("unequal", KEPT), rest.pop("file", None)
     if unequal not in UNEQUAL:
         told = f"unequal must be one of {', '.join(UNEQUAL)}, got {shown(unequal)}"
         raise ValueError(told)

@@ -426,13 +426,6 @@ OF_SCENE = (
         ("engine.rotor.centre",), _is_not("clamped"))),
     must_be(0, "gravity", STEADY_TOLD),
     must_be(0, "gravity", Unless(
-        "with a shaft that has mass, of which only modes are known, not its weight",
-        ("engine.rotor.shaft",), ON_LINE.holds)),
-    must_be(0, "gravity", Unless(
-        "in a squeeze film (film_viscosity), in which the circle of a sag is no "
-        "harmonic of the speed",
-        ("engine.rotor.film_viscosity",), _is(0.0))),
-    must_be(0, "gravity", Unless(
         "with scheme paper, whose coordinates are measured from a place that turns "
         "with the rotor", ("solver.scheme",), _is_not("paper"))),
     must_be(0, "unbalance", Unless("where engine.rotor.centre is clamped",

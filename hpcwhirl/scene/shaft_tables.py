@@ -12,10 +12,10 @@ A shaft line is a table with sections, disks and bearings at stations,
 or a rotor that ROSS has saved as TOML or JSON: its elements ShaftElement, DiskElement,
 BearingElement, SealElement and PointMass, whose nodes are the stations (R. Timbo et
 al., ROSS - Rotordynamic open source software, JOSS 2020). Bearings have the keys of
-`bearing_tables`. What is not modelled is refused by name: also bearings that differ by
-direction, unless the table says unequal = "mean", which takes the mean of both
-directions, 2 k = k_xx + k_yy + i (k_yx - k_xy). In a table, file = "rotor.toml" names a
-file with the sections, disks and bearings.
+`bearing_tables`, and those of a squeeze film, `FILM`, which acts beside its springs and
+dampers. What is not modelled is refused by name. Bearings may differ by direction; the
+table's unequal = "mean" takes the mean of both, 2 k = k_xx + k_yy + i (k_yx - k_xy). In
+a table, file = "rotor.toml" names a file with the sections, disks and bearings.
 
 The text that a scene stores has the elements between nodes, see `structure.shaft`: a
 section is divided into elements no longer than its outer diameter, at most `MOST`. It
@@ -38,8 +38,8 @@ from hpcwhirl.scene.units import in_si
 
 SUFFIXES = ".toml", ".json"
 WORDS = "springs", "cantilever", "two bearings"
-REFUSED, MEAN, KEPT = "refused", "mean", "kept"
-UNEQUAL = REFUSED, MEAN
+KEPT, MEAN = "kept", "mean"
+UNEQUAL = KEPT, MEAN
 MOST = 12  # elements of a section
 LEAST = 2  # elements of a section
 OF_TUBE, OF_DISK, OF_ROW = 11, 4, 9  # numbers in a row of the stored text
@@ -51,6 +51,8 @@ MATERIAL = {
 SECTION = {"length": "m", "outer": "m", "outer_end": "m", "inner": "m",
            "inner_end": "m", "elements": "1", **MATERIAL}  # fmt: skip
 DISK = {"station": "1", "mass": "kg", "polar": "kg m^2", "diametral": "kg m^2"}
+FILM = {"film_viscosity": "Pa s", "film_length": "m", "film_radius": "m",
+        "film_clearance": "m"}  # fmt: skip
 PEDESTAL = "pedestal_mass", "pedestal_kxx", "pedestal_cxx"
 LINE = {"sections", "disks", "bearings", "viscous", "loss", *MATERIAL}
 ROSS = "ShaftElement", "DiskElement", "BearingElement", "SealElement", "PointMass"
@@ -110,11 +112,17 @@ def _check_form(line: Mapping[str, Any]) -> None:
     must(all(len(disk) == OF_DISK for disk in line["disks"]), "a disk is wrong")
     numbers = [*line["pedestals"], line["viscous"], line["loss"]]
     must(all(0.0 <= x < math.inf for x in numbers), "a number is wrong")
-    for node, foot, rows in line["supports"]:
+    for node, foot, rows, *film in line["supports"]:
         inside = node in range(-1, last + 1) and foot in range(-1, feet)
+        must(film == [] or _is_film(*film), "a film is wrong")
         must(inside and rows and max(node, foot) >= 0, "a support is wrong")
         must(all(len(row) == OF_ROW for row in rows), "a support is wrong")
         must(all(math.isfinite(x) for row in rows for x in row), "a number is wrong")
+
+
+def _is_film(numbers: Any) -> bool:
+    """Return whether numbers are those of a film: mu, L, R, c, in SI."""
+    return len(numbers) == len(FILM) and all(0.0 < x < math.inf for x in numbers)
 
 
 def parsed(path: Path) -> Mapping[str, Any]:
@@ -128,7 +136,7 @@ def parsed(path: Path) -> Mapping[str, Any]:
     return found
 
 
-def text_of(given: Mapping[str, Any], name: str, unequal: str = REFUSED) -> str:
+def text_of(given: Mapping[str, Any], name: str, unequal: str = KEPT) -> str:
     """Return the text that a scene stores of a shaft line.
 
     given, name : parsed table of a user or of ROSS; its name in messages
@@ -139,8 +147,6 @@ def text_of(given: Mapping[str, Any], name: str, unequal: str = REFUSED) -> str:
         _check(line)
         if unequal == MEAN:
             line["supports"] = _mean(line["supports"])
-        elif unequal == REFUSED:
-            _check_supports(line["supports"])
     except ValueError as failed:
         raise ValueError(f"{name}: {failed}") from None
     except (KeyError, TypeError) as failed:
@@ -224,22 +230,35 @@ def _disk(one: Mapping[str, Any], where: str, stations: list[int]) -> list[float
 def _bearing(
     one: dict[str, Any], where: str, stations: list[int], pedestals: list[float]
 ) -> list[list[Any]]:
-    """Return the supports of a bearing: its own, and that of its pedestal if any."""
+    """Return the supports of a bearing: its own, and those of film and pedestal."""
     node = _node(one, where, stations)
     foot = {key: one.pop(key) for key in PEDESTAL if key in one}
+    film = {key: one.pop(key) for key in FILM if key in one}
     del one["station"]
-    rows = _rows({"cxx": 0.0} | one, where)
+    usual = {"cxx": 0.0} | ({"kxx": 0.0} if film else {})
+    own = [[node, len(pedestals) if foot else -1, _rows(usual | one, where)]]
+    if film:
+        own.append([*own[0][:2], [[0.0] * OF_ROW], _film(film, where)])
     if not foot:
-        return [[node, -1, rows]]
+        return own
     missing = ", ".join(key for key in PEDESTAL[:2] if key not in foot)
     must(not missing, f"{where} must have {missing}")
     mass = _number(foot, PEDESTAL[0], "kg", where)
     k = _number(foot, PEDESTAL[1], "N/m", where)
     c = _number(foot, PEDESTAL[2], "N s/m", where)
     pedestals.append(mass)
-    place = len(pedestals) - 1
     base = [[0.0, k, 0.0, 0.0, k, c, 0.0, 0.0, c]]
-    return [[node, place, rows], [-1, place, base]]
+    return [*own, [-1, len(pedestals) - 1, base]]
+
+
+def _film(given: Mapping[str, Any], where: str) -> list[float]:
+    """Return a film's numbers in the order of `FILM`, all > 0."""
+    missing = [key for key in FILM if key not in given]
+    must(not missing, f"{where} must have {', '.join(missing)} of its squeeze film")
+    numbers = [_number(given, key, unit, where) for key, unit in FILM.items()]
+    for key, number in zip(FILM, numbers, strict=True):
+        must(number > 0.0, f"{where}: {key} must be > 0, got {number:g}")
+    return numbers
 
 
 def _rows(one: Mapping[str, Any], where: str) -> list[list[float]]:
@@ -408,7 +427,7 @@ def _check(line: Mapping[str, Any]) -> None:
 def _mean(supports: list[list[Any]]) -> list[list[Any]]:
     """Return supports that are the same in all directions, the mean of both."""
     out = []
-    for at, to, rows in supports:
+    for at, to, rows, *film in supports:
         alike = []
         for speed, *columns in rows:
             means = []
@@ -416,19 +435,5 @@ def _mean(supports: list[list[Any]]) -> list[list[Any]]:
                 cross = (xy - yx) / 2
                 means += [(xx + yy) / 2, cross, -cross, (xx + yy) / 2]
             alike.append([speed, *means])
-        out.append([at, to, alike])
+        out.append([at, to, alike, *film])
     return out
-
-
-def _check_supports(supports: list[list[Any]]) -> None:
-    """Raise ValueError for supports that differ by direction."""
-    for i, (_, _, rows) in enumerate(supports, 1):
-        for _, kxx, kxy, kyx, kyy, cxx, cxy, cyx, cyy in rows:
-            is_round = kxx == kyy and kxy == -kyx and cxx == cyy and cxy == -cyx
-            told = (
-                f"bearing {i} differs by direction (kxx {kxx:g}, kyy {kyy:g}, kxy "
-                f"{kxy:g}, kyx {kyx:g}, cxx {cxx:g}, cyy {cyy:g}): that is modelled "
-                'only at the bladed disk, without a shaft; unequal = "mean" in '
-                "[engine.shaft] takes the mean"
-            )
-            must(is_round, told)

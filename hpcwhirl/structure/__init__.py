@@ -23,10 +23,12 @@ from hpcwhirl.structure.fourier import (
 from hpcwhirl.structure.mount import Mount
 from hpcwhirl.structure.ring import RingOperator, ring
 from hpcwhirl.structure.rotation import Rotation, rotation_of
+from hpcwhirl.structure.shaft import LineSupport, small_damping
 
 __all__ = [
     "CyclicStructure",
     "FourierOperator",
+    "LineSupport",
     "Mount",
     "RingOperator",
     "Rotation",
@@ -39,4 +41,5 @@ __all__ = [
     "ring",
     "rotation_of",
     "shell_matrices",
+    "small_damping",
 ]

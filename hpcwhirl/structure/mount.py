@@ -29,7 +29,7 @@ lowest modes of the rest, which is held there.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import eigh
@@ -61,6 +61,7 @@ class Mount:
     rows : (s, 1 + w), displacement of each further force of a support
     supports : coefficients of these s forces; the stiffness k at their first speed is
         part of K
+    weight : (1 + w,), kg, load of shaft and its disks by a unit acceleration
     """
 
     mass: Floats
@@ -69,6 +70,7 @@ class Mount:
     damping: Floats
     rows: Floats
     supports: tuple[LineSupport, ...] = ()
+    weight: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
     def is_line(self) -> bool:
@@ -175,7 +177,10 @@ def reduced(line: ShaftLine, station: int, modes: int) -> Mount:
     rows = np.zeros((len(acting), line.size))
     for row, support in zip(rows, acting, strict=True):
         row[:] = support.row(line.size)
-    return Mount(mass, gyro, held, damping, rows @ basis, tuple(acting))
+    moved = np.zeros(line.size)
+    moved[: NODE * line.nodes : NODE] = 1.0  # pedestals are carried by their ground
+    load = basis.T @ own.mass @ moved
+    return Mount(mass, gyro, held, damping, rows @ basis, tuple(acting), load)
 
 
 def _check_held(stiffness: Floats) -> None:

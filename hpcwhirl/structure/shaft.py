@@ -181,11 +181,15 @@ class LineSupport:
     at, to : coordinates that it connects, of the n of the line; `to` may be `GROUND`
     rows : (speed, k_xx, k_xy, k_yx, k_yy, c_xx, c_xy, c_yx, c_yy) at each speed; rad/s,
         N/m, N s/m
+    film, clearance : damping c_0, N s/m, of a squeeze film, which c_xx and c_yy
+        include, and its clearance, m; 0: no film
     """
 
     at: int
     to: int
     rows: tuple[tuple[float, ...], ...]
+    film: float = 0.0
+    clearance: float = 0.0
 
     @property
     def springs(self) -> float:
@@ -328,12 +332,13 @@ def line_of(text: str) -> ShaftLine:
         return int(NODE * node if node >= 0 else pedestals + pedestal)
 
     supports = tuple(
-        LineSupport(
+        _support_of(
             place(node, pedestal),
             pedestals + int(pedestal) if node >= 0 <= pedestal else GROUND,
-            tuple(map(tuple, rows)),
+            rows,
+            *film,
         )
-        for node, pedestal, rows in given["supports"]
+        for node, pedestal, rows, *film in given["supports"]
     )
     return ShaftLine(
         tubes,
@@ -344,6 +349,31 @@ def line_of(text: str) -> ShaftLine:
         supports,
         tuple(map(int, given["stations"])),
     )
+
+
+def _support_of(
+    at: int, to: int, rows: list[list[float]], film: list[float] | None = None
+) -> LineSupport:
+    """Return a support from its rows, or from the numbers of `small_damping`.
+
+    at, to, rows, film : see `LineSupport`; mu, L, R, c of a squeeze film
+    """
+    if film is None:
+        return LineSupport(at, to, tuple(map(tuple, rows)))
+    viscosity, length, radius, clearance = film
+    c = small_damping(viscosity, length, radius, clearance)
+    row = (0.0, *(0.0,) * 4, c, 0.0, 0.0, c)
+    return LineSupport(at, to, (row,), c, clearance)
+
+
+def small_damping(
+    viscosity: float, length: float, radius: float, clearance: float
+) -> float:
+    """Return the damping c_0, N s/m, of a squeeze film in small motions.
+
+    viscosity, length, radius, clearance : mu, Pa s; L, R and c of the film, m
+    """
+    return math.pi * viscosity * radius * (length / clearance) ** 3
 
 
 def _tube_of(row: list[float]) -> Tube:

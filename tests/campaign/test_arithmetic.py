@@ -322,8 +322,6 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
      "gravity must be 0 where engine.rotor.centre is clamped"),
     (WEIGHT | {"acceleration": 1.0},
      "gravity must be 0 where the speed changes (acceleration, speed_table), got 9.81"),
-    (WEIGHT | {"shaft": SHAFT}, "gravity must be 0 with a shaft that has mass"),
-    (WEIGHT | {"film_viscosity": 0.01}, "gravity must be 0 in a squeeze film"),
     (WEIGHT | {"scheme": "paper"}, "gravity must be 0 with scheme paper"),
     ({"gap_at": "rest"}, "gap_at must be speed where engine.rotation is none"),
     ({"rotation": "full", "unbalance": 1e-3, "centre": "clamped"},

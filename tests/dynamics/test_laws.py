@@ -57,7 +57,9 @@ def test_the_ledger_closes(scenes, name, scheme):
     if "points" in name:  # whose gaps the next law does not see
         assert history.gap_error < 1e-9
     assert residual <= 1e-11 * sum(map(abs, ledger.values())) + history.blur[0]
-    if "lost blade, unlike" not in name:  # such springs' energy is booked as loss
+    if (
+        "lost blade, unlike" not in name and "supports apart" not in name
+    ):  # such springs' energy is booked as loss
         assert np.all(np.diff(history.lost) >= -1e-12 * abs(history.lost).max())
 
 
@@ -236,6 +238,9 @@ ORACLE = {
     "start, unbalance, unlike supports": "general",
     "unequal, unlike supports, unbalance": "general",
     "lost blade, unlike supports": "general",
+    "shaft, supports apart, unbalance": "general",
+    "unequal, shaft, films, unbalance": "general",
+    "lost blade, shaft, supports apart": "general",
 }  # `paper` refuses these
 
 

@@ -17,10 +17,11 @@ from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.standing import film_at
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.supports import film_shares, small_damping, valid_up_to
+from hpcwhirl.reduction.supports import film_shares, valid_up_to
 from hpcwhirl.reduction.waves import wave_lines
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.words import BEYOND_FILM
+from hpcwhirl.structure import small_damping
 
 OIL = {
     "film_viscosity": 0.02, "film_length": 0.03, "film_radius": 0.06,

@@ -37,22 +37,35 @@ RIGID = {"kind": "rigid", "amplitude": 1.2e-4, "nodal_diameter": 2}
 ELEMENTS = {"discretization": "elements", "casing.elements": 14}
 SOFT = {"contact_law": "abradable", "layer_yield": 1e6}
 RUBBED = {"contact_law": "archard", "wear_coefficient": 1e-11}
-SHAFT = {
-    "shaft_station": 1,
-    "shaft": text_of({
-        "viscous": 2e-5,
-        "sections": [
-            {"length": 0.2, "outer": 0.12, "inner": 0.05},
-            {"length": 0.5, "outer": 0.1, "outer_end": 0.08},
-        ],
-        "disks": [{"station": 2, "mass": 20.0, "polar": 0.3}],
-        "bearings": [
-            {"station": 0, "kxx": 4e7, "cxx": 5e3, "kxy": 1e6, "kyx": -1e6},
-            {"station": 2, "kxx": 6e7, "cxx": 8e3, "pedestal_mass": 6.0,
-             "pedestal_kxx": 9e7, "pedestal_cxx": 2e3},
-        ],
-    }, "the shaft"),
-}  # fmt: skip
+PEDESTAL = {"pedestal_mass": 6.0, "pedestal_kxx": 9e7, "pedestal_cxx": 2e3}
+
+
+def shaft(*bearings):
+    """Return a shaft line on bearings, at whose station 1 the bladed disk sits."""
+    return {
+        "shaft_station": 1,
+        "shaft": text_of({
+            "viscous": 2e-5,
+            "sections": [
+                {"length": 0.2, "outer": 0.12, "inner": 0.05},
+                {"length": 0.5, "outer": 0.1, "outer_end": 0.08},
+            ],
+            "disks": [{"station": 2, "mass": 20.0, "polar": 0.3}],
+            "bearings": [*bearings],
+        }, "the shaft"),
+    }  # fmt: skip
+
+
+SHAFT = shaft(
+    {"station": 0, "kxx": 4e7, "cxx": 5e3, "kxy": 1e6, "kyx": -1e6},
+    {"station": 2, "kxx": 6e7, "cxx": 8e3, **PEDESTAL},
+)
+OVAL = {"kxx": 4e7, "kyy": 7e7, "kxy": 2e6, "kyx": 3e5, "cxx": 5e3, "cyy": 2e3}
+APART = shaft({"station": 0, **OVAL}, {"station": 2, **OVAL, **PEDESTAL})
+OIL = {"film_viscosity": 0.02, "film_length": 0.03, "film_radius": 0.06,
+       "film_clearance": 2e-4}  # fmt: skip
+FILMS = shaft({"station": 0, "kxx": 4e7, **OIL}, {"station": 2, "kxx": 6e7, **OIL})
+BOTH = shaft({"station": 0, **OVAL}, {"station": 2, "kxx": 6e7, **OIL, **PEDESTAL})
 WEIGHT = {"gravity": 9.81, "gravity_angle": -1.4}
 START = {
     "start_energy": 5.0, "start_modes": "rotor suspension, casing 2",
@@ -115,6 +128,19 @@ TABLE = {  # scene: what is set, the schemes that march it
     "cross-coupling": (FULL | {"cross_coupling": 1e6}, CYCLIC),
     "tilt": (FULL | {"shaft": "cantilever"}, CYCLIC),
     "shaft": (FULL | SHAFT, ALL),
+    "shaft, supports apart": (FULL | APART, ("modal", "paper")),
+    "shaft, supports apart, unbalance": (
+        FULL | APART | {"unbalance": 5e-3}, ("modal",),
+    ),
+    "shaft, film, supports apart": (FULL | BOTH, ("modal", "general")),
+    "unequal, shaft, films, unbalance": (
+        FULL | FILMS | UNEQUAL | {"unbalance": 5e-3}, ("modal",),
+    ),
+    "lost blade, shaft, supports apart": (FULL | APART | {"lost_blade": 2}, ("modal",)),
+    "weight, shaft, films": (FULL | FILMS | WEIGHT, ("modal",)),
+    "weight, shaft, supports apart, unequal": (
+        FULL | APART | WEIGHT | UNEQUAL | {"unbalance": 5e-3}, ("modal",),
+    ),
     "unequal, unbalance, shaft": (
         FULL | SHAFT | UNEQUAL | {"unbalance": 5e-3}, ("modal",),
     ),

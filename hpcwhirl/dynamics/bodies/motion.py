@@ -273,7 +273,7 @@ def check_continuable(model: Model, scene: Scene) -> None:
             "a motion cannot be continued with a layer that wears: casing.contact_law "
             f"must be {RIGID}, got {casing.contact_law}"
         )
-    if spin is not None and not spin.support.is_round:
+    if spin is not None and not spin.is_round:
         raise InputError(
             "a motion can be continued only on supports that are alike in x and y: "
             "those of this engine differ"

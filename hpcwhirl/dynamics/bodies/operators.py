@@ -107,8 +107,8 @@ def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
 
     places : indices of the radial, of the tangential, and of the centre's coordinates
     """
-    step, hub = turning(model, scene), np.eye(len(model.rotor.mass))[places[2]]
-    stand = standing(model, scene, step.inverse, hub)
+    step = turning(model, scene)
+    stand = standing(model, scene, step.inverse, np.eye(len(model.rotor.mass)))
     stored = (np.ascontiguousarray(m.T) for m in step)
     body = DenseBody._make([*stored, stand, *places, NOTHING])
     steady = circle(model, scene)

@@ -33,19 +33,21 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import law_of
-from hpcwhirl.case.unbalance import centre_of, circle, has_steady, steady
+from hpcwhirl.case.unbalance import has_steady, steady
 from hpcwhirl.dynamics.bodies.motion import CentralSteps
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, Stand
 from hpcwhirl.dynamics.kernels.standing import (
-    answer,
-    at_centre,
+    add_support,
+    at_support,
     film_at,
+    room_of,
+    solve_supports,
     terms_at,
     turned_at,
 )
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.modes import ModalModel, unlike
 from hpcwhirl.reduction.waves import turning_matrices
 from hpcwhirl.scene import Scene
 
@@ -155,8 +157,9 @@ def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
 
 
 NONE = np.zeros((0, 0))  # for a rotor without such supports
+EMPTY, NO_NUMBERS = np.zeros(0), np.zeros(0, dtype=complex)
 ALIKE = Stand(
-    NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j, 0j
+    *(NONE,) * 3, *(NO_NUMBERS,) * 2, 0.0, 0.0, *(EMPTY,) * 2, *(NO_NUMBERS,) * 4
 )  # no additional forces
 
 
@@ -243,29 +246,50 @@ def step_of(terms: Terms, step: float) -> Turning:
     )
 
 
-def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
+def unlike_rows(model: Model, basis: Floats) -> Floats:
+    """Return the displacements x, y of s supports that `standing` is about, (2 s, m).
+
+    basis : (n, m), shapes whose amplitudes are the coordinates
+    """
+    own = unlike(model.rotor, model.blades)
+    return np.vstack(
+        [np.zeros((0, basis.shape[1])), *(one.rows @ basis for one in own)]
+    )
+
+
+def standing(model: Model, scene: Scene, inverse: Floats, basis: Floats) -> Stand:
     """Return the kernel's arrays of supports that differ by direction, or have a film.
 
     Of other supports the result is `ALIKE`, without forces.
 
     Parameters
     ----------
-    inverse : (n, n), increments of the rotor's coordinates in a step by unit forces on
+    inverse : (m, m), increments of the rotor's coordinates in a step by unit forces on
         them
-    hub : (2, n), x_o, y_o for unit coordinates
+    basis : (n, m), shapes whose amplitudes are the coordinates
     """
-    spin = model.rotor.spin
-    if spin is None or spin.support.is_plain:
+    every = unlike(model.rotor, model.blades)
+    if not every:
         return ALIKE
-    own, moved = spin.support.at(scene.speed), np.ascontiguousarray((inverse @ hub.T).T)
+    own, hub = [one.support.at(scene.speed) for one in every], unlike_rows(model, basis)
+    moved = np.ascontiguousarray((inverse @ hub.T).T)
     give = hub @ moved.T / (2 * scene.solver.time_step)
-    steady = circle(model, scene) if own.film else None
-    z = 0j if steady is None else centre_of(model, steady)
-    across = film_at(abs(z / own.clearance) ** 2)[0] if steady is not None else 0.0
+    film = np.array([one.film for one in own])
+    clearance = np.array([one.clearance or 1.0 for one in own])
+    found = steady(model, scene) if film.any() else None
+    rows = np.vstack([one.rows for one in every])
+    places = np.zeros((2, len(rows)), dtype=complex)
+    if found is not None:
+        places = np.array([found.still @ rows.T, found.of(1) @ rows.T])
+    z, (x, y) = places[0, ::2] + 1j * places[0, 1::2], places[1].reshape(-1, 2).T
+    across = np.array([film_at(one)[0] for one in np.abs(z / clearance) ** 2])
+    apart = [(one.stiffness_apart, one.damping_apart) for one in own]
+    stiffness, damping = np.ascontiguousarray(np.array(apart, dtype=complex).T)
     return Stand(
-        np.ascontiguousarray(hub), moved, np.ascontiguousarray(give),
-        own.stiffness_apart, own.damping_apart, scene.speed, scene.solver.time_step,
-        own.film, own.clearance or 1.0, z, 1j * scene.speed * own.film * across * z,
+        np.ascontiguousarray(hub), moved, np.ascontiguousarray(give), stiffness,
+        damping, scene.speed, scene.solver.time_step, film, clearance,
+        z, 1j * scene.speed * film * across * z, (x - 1j * y).conj() / 2,
+        (x + 1j * y) / 2,
     )  # fmt: skip
 
 
@@ -280,10 +304,12 @@ def added_by(stand: Stand, x: Floats, free: Floats, time: float) -> Floats:
     x, free : (n,), a rotor's coordinates, and their velocities without this force
     time : s, of x, on which the supports' directions depend in the rotating frame
     """
-    turned = turned_at(stand, time)
-    held, even, drift = terms_at(stand, at_centre(stand.hub, x), turned)
-    moving = at_centre(stand.hub, free)
-    return _gained(stand, answer(stand.give, held, moving, even, drift))
+    turned, push = turned_at(stand, time), np.zeros(room_of(stand))
+    for p in range(len(stand.film)):
+        place, moving = (at_support(stand.hub, p, row) for row in (x, free))
+        add_support(stand, p, place, moving, turned, push)
+    solve_supports(stand, push)
+    return _gained(stand, push[: len(stand.hub)])
 
 
 def included_in(stand: Stand, x: Floats, v: Floats, time: float = 0.0) -> Floats:
@@ -293,15 +319,25 @@ def included_in(stand: Stand, x: Floats, v: Floats, time: float = 0.0) -> Floats
     x, v : (n,), a rotor's coordinates, and their velocities
     time : s, of x and v, see `added_by`
     """
-    turned = turned_at(stand, time)
-    held, even, drift = terms_at(stand, at_centre(stand.hub, x), turned)
-    moving = at_centre(stand.hub, v)
-    return _gained(stand, -held - even * moving - drift * moving.conjugate())
+    return _gained(stand, forces_at(stand, x, v, time))
 
 
-def _gained(stand: Stand, force: complex) -> Floats:
-    """Return what a force on the centre, N, adds to the velocities, (n,)."""
-    push = np.array([force.real, force.imag])
+def forces_at(stand: Stand, x: Floats, v: Floats, time: float) -> Floats:
+    """Return the supports' forces at known velocities, (2 s,), N, rotating frame.
+
+    stand, x, v, time : as in `included_in`
+    """
+    turned, push = turned_at(stand, time), np.zeros(len(stand.hub))
+    for p in range(len(stand.film)):
+        held, even, drift = terms_at(stand, p, at_support(stand.hub, p, x), turned)
+        moving = at_support(stand.hub, p, v)
+        force = -held - even * moving - drift * moving.conjugate()
+        push[2 * p], push[2 * p + 1] = force.real, force.imag
+    return push
+
+
+def _gained(stand: Stand, push: Floats) -> Floats:
+    """Return what forces of the supports, (2 s,), N, add to the velocities, (n,)."""
     return np.asarray(push @ stand.moved / (2 * stand.step))
 
 
@@ -363,7 +399,8 @@ def coupled_body(model: Model, scene: Scene) -> CoupledBody:
     `circling_modes`; at a changing speed, `dynamics.bodies.varying` adds further modes.
     """
     order, starts = by_diameter(model.rotor)
-    step = turning(model, scene, model.rotor.shapes[:, order])
+    shapes = model.rotor.shapes[:, order]
+    step = turning(model, scene, shapes)
 
     def blocks(matrix: Floats) -> Floats:
         ends = itertools.pairwise(starts)
@@ -385,7 +422,7 @@ def coupled_body(model: Model, scene: Scene) -> CoupledBody:
         read=np.ascontiguousarray(np.vstack([radial, hub]).T),
         radial=np.ascontiguousarray(radial),
         tangential=np.ascontiguousarray(tangential),
-        stand=standing(model, scene, step.inverse, hub),
+        stand=standing(model, scene, step.inverse, shapes),
     )
     if has_steady(scene) and law_of(scene) is None:
         return circling_modes(body, model, scene)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.errors import ModelError
 
 
@@ -446,32 +446,36 @@ class ModalBody(NamedTuple):
 
 
 class Stand(NamedTuple):
-    """Forces of supports at the centre beyond constant matrices, see `standing`.
+    """Forces of s supports beyond constant matrices, see `standing`.
 
     Attributes
     ----------
-    hub : (2, n), x_o, y_o for unit coordinates of the body; (0, 0) if there are no
-        such forces
-    moved : (2, n), increment of the coordinates in a step by a unit force at x_o, y_o
-    give : (2, 2), change of the velocity of x_o, y_o by a unit force, m/(N s)
-    stiffness, damping : k_d, N/m; c_d, N s/m, see `reduction.supports`
+    hub : (2 s, n), displacement x, y of each support, of the centre for example, for
+        unit coordinates of the body; (0, 0) if there are no such forces
+    moved : (2 s, n), increment of the coordinates in a step by a unit force there
+    give : (2 s, 2 s), change of the supports' velocities by unit forces, m/(N s)
+    stiffness, damping : (s,), k_d, N/m; c_d, N s/m, see `reduction.supports`
     speed, step : Omega, rad/s; dt, s
-    film, clearance : c_0, N s/m, and c, m, of a squeeze film; 0, 1 if there is none
-    circle : z_s, m, displacement of an unbalanced rotor's centre without contact
-    balance : N, i Omega (c_t - c_0) z_s there, with which the circle is in equilibrium
+    film, clearance : (s,), c_0, N s/m, and c, m, of a squeeze film; 0, 1 if it has none
+    circle : (s,), z_s, m, displacement of an unbalanced rotor there without contact
+    balance : (s,), N, i Omega (c_t - c_0) z_s, with which the circle is in equilibrium
+    sag, lift : (s,), m, displacement by the rotor's weight in the static frame, and the
+        part of it that turns at 2 Omega there, of unequal sectors
     """
 
     hub: Floats
     moved: Floats
     give: Floats
-    stiffness: complex
-    damping: complex
+    stiffness: Complexes
+    damping: Complexes
     speed: float
     step: float
-    film: float
-    clearance: float
-    circle: complex
-    balance: complex
+    film: Floats
+    clearance: Floats
+    circle: Complexes
+    balance: Complexes
+    sag: Complexes
+    lift: Complexes
 
 
 class CoupledBody(NamedTuple):

@@ -1,15 +1,16 @@
-"""Forces of supports on the shaft's centre that no constant matrix represents.
+"""Forces of supports on a rotor that no constant matrix represents.
 
-These are forces of non-rotating supports that differ by direction, and of a squeeze
-film, whose damping depends on the displacement z = x_o + i y_o of the centre.
+These are forces of non-rotating supports that differ by direction, and of squeeze
+films, whose damping depends on the displacement z = x + i y of the rotor there: of the
+shaft's centre, or of another station of a shaft.
 
-In the rotating frame, at step n, with the centre z and its velocity v,
+In the rotating frame, at step n, with the displacement z and its velocity v,
 
 f = -[(k_d - i Omega c_d) conj(z) + c_d conj(v)] e^{-2 i Omega t},
 
 k_d and c_d as in `reduction.supports`, v = (z_{n+1} - z_{n-1}) / 2 dt of the step
-without contact. The contribution of f to v is included, by solving two equations; that
-of contact in the same step is not.
+without contact. The contribution of all these forces to v is included, by solving two
+equations for each support; that of contact in the same step is not.
 
 The matrices of y, the motion that contact causes, include the damping c_0 of a squeeze
 film (`reduction.supports`), and the circle z_s of an unbalanced rotor is in equilibrium
@@ -18,6 +19,13 @@ with the film. The rest of its force, at z = z_s + y, is
 f = -(c_m - c_0) v - c_d (z/c)^2 conj(v) - i Omega [(c_t - c_0) z - (c_t - c_0)_s z_s],
 
 c_m = c_t + c_d |z/c|^2, c_t = c_0 / (1 - |z/c|^2)^{3/2}, c_d = 3/2 c_0 / (...)^{5/2}.
+
+The sag z_g e^{-i Omega t} by the rotor's weight belongs to z, but does not move in the
+static frame: its i Omega z_g is subtracted from the velocity that the film damps.
+
+The equations (1 + E W) f = r of s supports have W (2 s, 2 s), the velocities by unit
+forces, and E, a block of damping for each support. They are solved without exchange of
+rows: each leading block 1 + E_k W_kk is regular, as W_kk > 0 and E_k >= 0.
 """
 
 from __future__ import annotations
@@ -26,7 +34,7 @@ import math
 
 from hpcwhirl.dynamics.kernels import verbs
 from hpcwhirl.dynamics.kernels.compiled import does, inlined, kernel, part
-from hpcwhirl.dynamics.kernels.kernel_types import DenseBody, ModalBody
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, ModalBody
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -41,17 +49,17 @@ CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this va
 
 
 @kernel
-def at_centre(hub, values):
-    """Return the displacement x_o + i y_o of the shaft's centre, m, rotating frame.
+def at_support(hub, p, values):
+    """Return the displacement x + i y of a rotor at a support, m, rotating frame.
 
-    hub : (2, n), x_o, y_o for unit coordinates of a body
-    values : (n,), these coordinates; or their increments, for the increment of the
-        centre
+    hub : (2 s, n), x, y of each support for unit coordinates of a body
+    p : number of the support
+    values : (n,), these coordinates; or their increments, for the increment there
     """
     x, y = 0.0, 0.0
     for m in range(hub.shape[1]):
-        x += hub[0, m] * values[m]
-        y += hub[1, m] * values[m]
+        x += hub[2 * p, m] * values[m]
+        y += hub[2 * p + 1, m] * values[m]
     return complex(x, y)
 
 
@@ -71,15 +79,15 @@ def film_at(square):
 
 @kernel
 def answer(give, held, moving, even, drift):
-    """Return the supports' force f on the centre, N, complex, in a step.
+    """Return the force f of a single support, N, complex, in a step.
 
     The force depends on the velocity that it changes: it is f = -held - even u - drift
-    conj(u), where the velocity of the centre is u = moving + W f, m/s: two equations
-    for its two components.
+    conj(u), where the velocity there is u = moving + W f, m/s: two equations for its
+    two components.
 
     held, even, drift : -f at u = 0, N, complex; damping, N s/m, real and complex
-    moving : m/s, complex, velocity of the centre without f
-    give : (2, 2), W, change of the centre's velocity by a unit force, m/(N s)
+    moving : m/s, complex, velocity without f
+    give : (2, 2), W, change of the velocity by a unit force, m/(N s)
     """
     rest = -held - even * moving - drift * moving.conjugate()
     a, b = drift.real, drift.imag  # f -> drift conj(f) on (x, y): [[a, b], [b, -a]]
@@ -94,57 +102,111 @@ def answer(give, held, moving, even, drift):
 
 @kernel
 def turned_at(own, time):
-    """Return e^{-2 i Omega t}, of the supports' directions in the rotating frame.
+    """Return e^{-i Omega t}, of the static frame's directions in the rotating frame.
 
     own, time : `kernel_types.Stand`; t, s
     """
-    angle = 2.0 * (own.speed * time)
+    angle = own.speed * time
     return complex(math.cos(angle), -math.sin(angle))
 
 
 @kernel
-def terms_at(own, place, turned):
-    """Return the terms of the supports' force on the centre.
+def terms_at(own, p, place, turned):
+    """Return the terms of the force of a support.
 
     They are held, N, even and drift, N s/m: the force is f = -held - even v - drift
-    conj(v), v being the centre's velocity.
+    conj(v), v being the velocity there.
 
-    own : `kernel_types.Stand`
-    place : m, complex displacement of the centre, from the circle of an unbalanced
-        rotor
-    turned : e^{-2 i Omega t} at the time at which the supports' directions are taken
+    own, p : `kernel_types.Stand`; number of the support
+    place : m, complex displacement there, from the rotor's motion without contact
+    turned : e^{-i Omega t} at the time at which the supports' directions are taken
     """
-    spring = own.stiffness - 1j * own.speed * own.damping
-    held, drift = turned * spring * place.conjugate(), turned * own.damping
-    even = 0.0
-    if own.film > 0.0:
-        whole = own.circle + place
-        near = whole * (1.0 / own.clearance)
+    lost, twice = own.damping[p], turned * turned
+    spring = own.stiffness[p] - 1j * own.speed * lost
+    held, drift = twice * spring * place.conjugate(), twice * lost
+    even, film = 0.0, own.film[p]
+    if film > 0.0:
+        sag, lift = own.sag[p] * turned, own.lift[p] * turned.conjugate()
+        whole = own.circle[p] + place + sag + lift
+        near = whole * (1.0 / own.clearance[p])
         square = near.real**2 + near.imag**2
         across, apart = film_at(square)
-        held += 1j * (own.speed * own.film) * (across * whole) - own.balance
+        held += 1j * (own.speed * film) * (across * whole) - own.balance[p]
         if square > CLOSED:
             near *= math.sqrt(CLOSED / square)
-        even = own.film * (across + apart * (near.real**2 + near.imag**2))
-        drift += own.film * apart * near**2
+        even = film * (across + apart * (near.real**2 + near.imag**2))
+        along, beyond = film * apart * near**2, 1j * own.speed * (lift - sag)
+        held += even * beyond + along * beyond.conjugate()
+        drift += along
     return held, even, drift
 
 
-@inlined
-def force_at(own, place, moving, turned):
-    """Return the supports' force x + i y on the centre in a step, N, rotating frame.
+@kernel
+def add_support(own, p, place, moving, turned, push):
+    """Enter the force of a support in a step in the equations for all of them.
 
-    own, turned : as in `terms_at`
-    place, moving : m, m/s, displacement of the centre at the step's start, and its
-        velocity without this force, complex; in the motion that contact causes
+    A single support's force is known at once, see `answer`.
+
+    own, p, turned : as in `terms_at`
+    place, moving : m, m/s, displacement there at the step's start, and velocity without
+        these forces, complex; in the motion that contact causes
+    push : (room,), out: N, forces x, y of s supports, or the right side of the
+        equations for them; then their matrix, (2 s, 2 s)
     """
-    held, even, apart = terms_at(own, place, turned)
-    return answer(own.give, held, moving, even, apart)
+    held, even, drift = terms_at(own, p, place, turned)
+    size = len(own.give)
+    if size == 2:
+        force = answer(own.give, held, moving, even, drift)
+        push[0], push[1] = force.real, force.imag
+        return
+    rest = -held - even * moving - drift * moving.conjugate()
+    x, y = 2 * p, 2 * p + 1
+    push[x], push[y] = rest.real, rest.imag
+    a, b = drift.real, drift.imag  # f -> drift conj(f) on (x, y): [[a, b], [b, -a]]
+    for c in range(size):
+        above, below = own.give[x, c], own.give[y, c]
+        push[size + x * size + c] = (even + a) * above + b * below
+        push[size + y * size + c] = b * above + (even - a) * below
+    push[size + x * size + x] += 1.0
+    push[size + y * size + y] += 1.0
+
+
+@kernel
+def solve_supports(own, push):
+    """Solve the equations for the forces of several supports, see `add_support`.
+
+    own, push : `kernel_types.Stand`; in and out, its first 2 s entries become the
+        forces, N
+    """
+    size = len(own.give)
+    if size == 2:
+        return
+    for r in range(size):
+        row, right = size + r * size, push[r]
+        for i in range(r):
+            factor = push[row + i]
+            right -= factor * push[i]
+            for c in range(i + 1, size):
+                push[row + c] -= factor * push[size + i * size + c]
+        down = 1.0 / push[row + r]
+        push[r] = right * down
+        for c in range(r + 1, size):
+            push[row + c] *= down
+    for r in range(size - 2, -1, -1):
+        for c in range(r + 1, size):
+            push[r] -= push[size + r * size + c] * push[c]
+
+
+@kernel
+def room_of(own):
+    """Return the size of `push` of `add_support`; own : `kernel_types.Stand`."""
+    size = len(own.give)
+    return size + size * size
 
 
 @inlined
 def turned_by_steps(support, number, turned):
-    """Return e^{-2 i Omega t} at a step, by a table of the steps after every 64th.
+    """Return e^{-i Omega t} at a step, by a table of the steps after every 64th.
 
     support, number : `loop.wave_types.SlotSupport`; number of the step
     turned : (3,), in and out: re and im at such a step; its number
@@ -162,114 +224,128 @@ def turned_by_steps(support, number, turned):
 
 @part
 def find_force(support, q, number, turned, push):
-    """Compute the supports' force in a step from the waves of equal sectors.
+    """Compute the supports' forces in a step from the waves of equal sectors.
 
     support : `loop.wave_types.SlotSupport`; its slot is in the first group of four
     q : amplitudes after the step without forces
     number, turned : as in `turned_by_steps`, at the step's start
-    push : (2,), N, out: the force, x and y
+    push : (room,), N, out: the forces, x and y, see `add_support`
     """
-    zero, reads, slot = broadcast(0.0), support.reads, support.slot
-    a, b, c, d = zero, zero, zero, zero
-    for i in range(0, len(reads), 4 * FOUR):
-        m = i + slot
-        a = fma(load(reads, i), broadcast(get(q, m)), a)
-        b = fma(load(reads, i + FOUR), broadcast(get(q, m + FOUR)), b)
-        c = fma(load(reads, i + 2 * FOUR), broadcast(get(q, m + 2 * FOUR)), c)
-        d = fma(load(reads, i + 3 * FOUR), broadcast(get(q, m + 3 * FOUR)), d)
-    both = (a + b) + (c + d)
-    place = complex(element(both, 0), element(both, 1))
-    moving = complex(element(both, 2), element(both, 3))
-    now = turned_by_steps(support, number, turned)
-    force = force_at(support.stand, place, moving, now)
-    push[0], push[1] = force.real, force.imag
+    zero, reads, slot, stand = (
+        broadcast(0.0),
+        support.reads,
+        support.slot,
+        support.stand,
+    )
+    count, now = len(stand.film), turned_by_steps(support, number, turned)
+    size = len(reads) // count
+    for p in range(count):
+        a, b, c, d, at = zero, zero, zero, zero, p * size
+        for i in range(0, size, 4 * FOUR):
+            m, n = i + slot, at + i
+            a = fma(load(reads, n), broadcast(get(q, m)), a)
+            b = fma(load(reads, n + FOUR), broadcast(get(q, m + FOUR)), b)
+            c = fma(load(reads, n + 2 * FOUR), broadcast(get(q, m + 2 * FOUR)), c)
+            d = fma(load(reads, n + 3 * FOUR), broadcast(get(q, m + 3 * FOUR)), d)
+        both = (a + b) + (c + d)
+        place = complex(element(both, 0), element(both, 1))
+        moving = complex(element(both, 2), element(both, 3))
+        add_support(stand, p, place, moving, now, push)
+    solve_supports(stand, push)
 
 
 @part
-def push_group(gives, x, y, q):
-    """Add the change by the supports' force to the amplitudes q of the first group.
+def push_group(gives, at, size, x, y, q):
+    """Add the change by a support's force to the amplitudes q of the first group.
 
-    gives : `loop.wave_types.SlotSupport.gives`
+    gives, at, size : `loop.wave_types.SlotSupport.gives`; index in it where those of
+        the support begin; number of amplitudes
     x, y : N, the force, in all four lanes
     """
-    for m in range(0, len(gives) // 2, FOUR):
-        gained = fma(load(gives, 2 * m + FOUR), y, load(q, m))
-        store(q, m, fma(load(gives, 2 * m), x, gained))
+    for m in range(0, size, FOUR):
+        gained = fma(load(gives, at + 2 * m + FOUR), y, load(q, m))
+        store(q, m, fma(load(gives, at + 2 * m), x, gained))
 
 
 @part
-def hold_centre(support, q, time, centre):
-    """Apply the supports' force on the centre in a step to the amplitudes q of waves.
-
-    Return its components x and y, N, rotating frame.
+def hold_shaft(support, q, time, before, push):
+    """Apply the supports' forces in a step to the amplitudes q of waves.
 
     support : `loop.wave_types.PointsSupport`
     q : amplitudes, in and out: in those after the step without forces
     time : s, at the step's start, at which the supports' directions are taken
-    centre : (n,), out: the amplitudes that change, as they were
+    before : (n,), out: the amplitudes that change, as they were
+    push : (room,), N, out: the forces, x and y, see `add_support`
     """
-    zero, which, reads = broadcast(0.0), support.which, support.reads
-    a, b, c, d = zero, zero, zero, zero
-    for i in range(0, len(which), FOUR):
-        one, two = get(q, which[i]), get(q, which[i + 1])
-        three, last = get(q, which[i + 2]), get(q, which[i + 3])
-        centre[i], centre[i + 1], centre[i + 2], centre[i + 3] = one, two, three, last
-        a = fma(load(reads, FOUR * i), broadcast(one), a)
-        b = fma(load(reads, FOUR * (i + 1)), broadcast(two), b)
-        c = fma(load(reads, FOUR * (i + 2)), broadcast(three), c)
-        d = fma(load(reads, FOUR * (i + 3)), broadcast(last), d)
-    both = (a + b) + (c + d)
-    place, moving = (
-        complex(element(both, 0), element(both, 1)),
-        complex(element(both, 2), element(both, 3)),
-    )
-    push = force_at(support.stand, place, moving, turned_at(support.stand, time))
-    x, y = push.real, push.imag
+    zero, which, reads, stand = (
+        broadcast(0.0), support.which, support.reads, support.stand
+    )  # fmt: skip
+    count, now = len(stand.film), turned_at(stand, time)
+    for i in range(len(which)):
+        before[i] = get(q, which[i])
+    for p in range(count):
+        a, b, c, d, at = zero, zero, zero, zero, FOUR * len(which) * p
+        for i in range(0, len(which), FOUR):
+            n = at + FOUR * i
+            a = fma(load(reads, n), broadcast(get(before, i)), a)
+            b = fma(load(reads, n + FOUR), broadcast(get(before, i + 1)), b)
+            c = fma(load(reads, n + 2 * FOUR), broadcast(get(before, i + 2)), c)
+            d = fma(load(reads, n + 3 * FOUR), broadcast(get(before, i + 3)), d)
+        both = (a + b) + (c + d)
+        place = complex(element(both, 0), element(both, 1))
+        moving = complex(element(both, 2), element(both, 3))
+        add_support(stand, p, place, moving, now, push)
+    solve_supports(stand, push)
     for i in range(support.used):
-        gained = get(support.gives, 2 * i) * x + get(support.gives, 2 * i + 1) * y
-        q[which[i]] = centre[i] + gained
-    return x, y
+        gained = 0.0
+        for p in range(count):
+            at = 2 * (support.used * p + i)
+            gained += get(support.gives, at) * push[2 * p]
+            gained += get(support.gives, at + 1) * push[2 * p + 1]
+        q[which[i]] = before[i] + gained
 
 
 @part
 def stand(body, motion, time, force):
-    """Compute the force of supports on the shaft's centre; add its effect to a step.
+    """Compute the forces of supports on the rotor; add their effect to a step.
 
     The increments due to it are added to motion.ahead and motion.following, the
     predicted step without contact. This is `verbs.stand` for a body with such supports.
 
     body, motion : `DenseBody` or `CoupledBody`; `verbs.Motion`
     time : s, at which the supports' directions are taken
-    force : (2,), N, out, rotating frame
+    force : (room,), N, out, rotating frame, see `add_support`
     """
     own = body.stand
     if len(own.hub) == 0:
         return
     q, d, _, ahead, following, _, _ = motion
-    held, even, drift = terms_at(own, at_centre(own.hub, q), turned_at(own, time))
-    twice = 2.0 * own.step
-    moving = (at_centre(own.hub, d) + at_centre(own.hub, ahead)) / twice
-    push = answer(own.give, held, moving, even, drift)
-    force[0], force[1] = push.real, push.imag
+    turned, twice = turned_at(own, time), 2.0 * own.step
+    for p in range(len(own.film)):
+        moving = (at_support(own.hub, p, d) + at_support(own.hub, p, ahead)) / twice
+        add_support(own, p, at_support(own.hub, p, q), moving, turned, force)
+    solve_supports(own, force)
     for m in range(own.hub.shape[1]):
-        change = own.moved[0, m] * push.real + own.moved[1, m] * push.imag
+        change = 0.0
+        for c in range(len(own.hub)):
+            change += own.moved[c, m] * force[c]
         ahead[m] += change
         following[m] += change
 
 
 @part
 def yielded(body, motion, force, _):
-    """Subtract the work of the supports' force in a step, J, from the damping loss.
+    """Subtract the work of the supports' forces in a step, J, from the damping loss.
 
     This is `verbs.yielded` for a body with such supports.
 
-    force : (2,), N, on the shaft's centre, as `stand` has set it
+    force : (room,), N, as `stand` has set it
     """
     own = body.stand
-    if len(own.hub) == 0:
-        return
-    both = at_centre(own.hub, motion.d) + at_centre(own.hub, motion.ahead)
-    motion.loss[0] -= 0.5 * (force[0] * both.real + force[1] * both.imag)
+    for p in range(len(own.film)):
+        both = at_support(own.hub, p, motion.d) + at_support(own.hub, p, motion.ahead)
+        x, y = force[2 * p], force[2 * p + 1]
+        motion.loss[0] -= 0.5 * (x * both.real + y * both.imag)
 
 
 @part
@@ -278,6 +354,21 @@ def note_beside(body, motion, step, row):
 
     This is `verbs.note_beside` for bodies whose evidence needs no further columns.
     """
+
+
+@does(verbs.room, CoupledBody)
+@does(verbs.room, DenseBody)
+@part
+def room_of_body(body):
+    """Return the room for the forces of a body's supports, see `room_of`."""
+    return max(2, room_of(body.stand))
+
+
+@does(verbs.room, ModalBody)
+@part
+def room_of_none(_body):
+    """Return 2: a body of uncoupled modes has no such forces."""
+    return 2
 
 
 does(verbs.stand, DenseBody)(stand)

@@ -64,9 +64,15 @@ def stand(body, motion, time, force):
 
     body, motion : the rotor; its `Motion`, of which ahead and following change
     time : s, of the present step
-    force : (2,), out: N, force of the supports on the shaft's centre, if they exert one
-        that no constant matrix represents
+    force : (room,), out: N, forces of the supports on the rotor, x and y of each, if
+        they exert one that no constant matrix represents; work space
     """
+    raise NotImplementedError
+
+
+@verb
+def room(body):
+    """Return the size of the array `force` that `stand` needs for a rotor."""
     raise NotImplementedError
 
 
@@ -81,7 +87,7 @@ def yielded(body, motion, force, ledger):
     such forces has nothing to enter.
 
     body, motion : the rotor; its `Motion`
-    force : (2,), N, on the shaft's centre, as `stand` has set it
+    force : (room,), N, as `stand` has set it
     """
     raise NotImplementedError
 

@@ -23,5 +23,5 @@ def folds_well(model: Model, scene: Scene) -> bool:
     spin = model.rotor.spin
     if model.folds == 1 or spin is None:
         return True
-    waves = has_waves(model) and spin.support.is_plain
+    waves = has_waves(model) and spin.is_plain
     return waves and is_basis(diameters_of(model, scene))

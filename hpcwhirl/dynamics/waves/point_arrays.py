@@ -15,11 +15,11 @@ from scipy.sparse.csgraph import connected_components
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_under
 from hpcwhirl.dynamics.bodies.pulse import pulse_load
+from hpcwhirl.dynamics.bodies.turning import unlike_rows
 from hpcwhirl.dynamics.kernels.contact import NOWHERE
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
 from hpcwhirl.dynamics.kernels.loop.circulant import folded
 from hpcwhirl.dynamics.kernels.loop.wave_types import (
-    FORCES,
     PointRows,
     PointsContact,
     PointsEnergy,
@@ -95,8 +95,9 @@ class Reads:
         change of the gaps, and its displacement u along the rotation
     turn : rad, by which the rotor turns in a step
     hub : (2, m), x_o, y_o for unit modes of the rotor
-    forces : (m, P + FORCES) of each body: modal forces of unit multipliers with
-        friction, of the pulse's cos and sin, and of a force on the centre, x and y
+    held : (2 s, m), x, y of each support of `standing` for unit modes of the rotor
+    forces : (m, P + F) of each body: modal forces of unit multipliers with friction, of
+        the pulse's cos and sin, and of a force on each of s supports, x and y
     friction : mu, with the sign of the speed
     slots : where the kernel has the waves of equal sectors; None: of unequal ones
     """
@@ -108,6 +109,7 @@ class Reads:
     u: Floats
     turn: float
     hub: Floats
+    held: Floats
     forces: tuple[Floats, Floats]
     friction: float
     slots: Slots | None = None
@@ -142,7 +144,7 @@ class Reads:
     def change(self, rotor: Floats, casing: Floats) -> Floats:
         """Return the change of r displacements in a step by unit forces, (r, P + F).
 
-        The forces are the multipliers with their friction, and the F = `FORCES` others.
+        The forces are the multipliers with their friction, and F others, see `forces`.
 
         rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """
@@ -159,7 +161,7 @@ class Reads:
 
         rotor, casing : (r, m) each, the displacements for unit amplitudes of the modes
         """
-        forces = len(self.out) + FORCES
+        forces = self.forces[0].shape[1]
         extra = padded_blades(forces) - forces
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
 
@@ -226,7 +228,7 @@ class Reads:
     def push(self) -> Complexes:
         """Return the change of the waves' amplitudes by unit forces, (P + F, waves).
 
-        The forces are the multipliers with their friction, and the F = `FORCES` others.
+        The forces are the multipliers with their friction, and F others, see `forces`.
         """
         bodies = self.waves.rotor, self.waves.casing
         given = [b.gives @ f for b, f in zip(bodies, self.forces, strict=True)]
@@ -237,7 +239,7 @@ class Reads:
         """Return the step's factors z - 1 of all waves, and two bounds of gaps' motion.
 
         z - 1 is re, then im, (2 half,). The bounds hold for the motion of any gap in a
-        step: per unit amplitude, (half,), and per unit force, (P + FORCES,).
+        step: per unit amplitude, (half,), and per unit force, (P + F,).
         """
         waves = self.waves
         bodies = waves.rotor, waves.casing, waves.steady
@@ -249,13 +251,14 @@ class Reads:
         return np.append(ahead.real, ahead.imag), drift, rush
 
     def bounds(self) -> Floats:
-        """Return bounds of motion of points by unit forces on the centre, (2, 2).
+        """Return bounds of motion of points by unit forces of supports, (2, 2 s).
 
         In m/N: of the motion in the step in which the forces act, and of what they add
         to the motion in any later step.
         """
-        moved = self.change(self.out, self.w)[:, -2:]
-        return np.stack([np.abs(moved).max(axis=0), self.ahead()[2][-2:]])
+        first = self.forces[0].shape[1] - len(self.held)
+        moved = self.change(self.out, self.w)[:, first:]
+        return np.stack([np.abs(moved).max(axis=0), self.ahead()[2][first:]])
 
     def rows(self) -> PointRows:
         """Return the kernel's coefficients for unequal sectors, a row a point.
@@ -414,12 +417,13 @@ def reads_of(model: Model, scene: Scene, waves: PointWaves) -> Reads:
     w, u = _rows_of_casing(model)
     turn = scene.speed * scene.solver.time_step
     kick, hub = _pulse_rows(model, scene), centre_rows(model.rotor, model.blades)
-    none, still = np.zeros_like(hub), np.zeros((2, w.shape[1]))
+    held = unlike_rows(model, model.rotor.shapes)
+    none, still = np.zeros_like(hub), np.zeros((len(held), w.shape[1]))
     forces = (
-        np.vstack([out + mu * side, none, hub]).T,
+        np.vstack([out + mu * side, none, held]).T,
         np.vstack([w + mu * u, kick, still]).T,
     )
-    return Reads(waves, out, side, w, u, turn, hub, forces, mu)
+    return Reads(waves, out, side, w, u, turn, hub, held, forces, mu)
 
 
 def point_arrays(model: Model, scene: Scene, waves: PointWaves) -> tuple[Arrays, Reads]:
@@ -445,7 +449,7 @@ def point_arrays(model: Model, scene: Scene, waves: PointWaves) -> tuple[Arrays,
     first, second, third, *rest = all_aligned([np.ravel(array) for array in flat])
     rotor = PointsRotor._make([
         first, second, third, rows, *rest, _energy(waves), *_casing_entries(waves),
-        support_arrays(model, scene, waves, own.hub, own.bounds()),
+        support_arrays(model, scene, waves, own.held, own.bounds()),
     ])  # fmt: skip
     w_of_both = np.ascontiguousarray(own.change(own.out, own.w)[:, :points])
     loading = Load(scene.force, scene.pulse, kick[0])

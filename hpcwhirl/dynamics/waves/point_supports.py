@@ -1,8 +1,8 @@
-"""Supports at the centre as a term of the time loop `points`, for waves of both bodies.
+"""Supports as a term of the time loop `points`, for waves of both bodies.
 
-They are the supports that differ by direction or have a squeeze film, whose force on
-the centre no constant matrix gives, see `kernels.standing`. In a step their force acts
-on the waves that move the centre: with equal sectors those of nodal diameter 1 alone.
+They are the supports that differ by direction or have a squeeze film, whose forces no
+constant matrix gives, see `kernels.standing`. In a step their forces act on the waves
+that move the shaft: with equal sectors those of nodal diameter 1 alone.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
 from hpcwhirl.dynamics.waves.point_waves import PointWaves, real_rows
 from hpcwhirl.dynamics.waves.slot_waves import SlotPlaces
 from hpcwhirl.dynamics.waves.turning_waves import Circle, Diameter, Differences
-from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import unlike_waves
 from hpcwhirl.scene import Scene
 
 LEAST = 1e-13  # share of the largest coefficient below which others are round-off
 NONE = np.zeros(0)
-NOTHING = PointsSupport(np.zeros(0, np.int64), 0, NONE, NONE, 0.0, 0.0, ALIKE)
+NOTHING = PointsSupport(np.zeros(0, np.int64), 0, *(NONE,) * 4, ALIKE)
 NO_SLOT = SlotSupport(*(NONE,) * 6, -1, 1, ALIKE)
 STEPS = 64  # in the table of the supports' directions
 
@@ -30,37 +30,42 @@ STEPS = 64  # in the table of the supports' directions
 def support_arrays(
     model: Model, scene: Scene, waves: PointWaves, hub: Floats, bounds: Floats
 ) -> PointsSupport:
-    """Return the kernel's arrays of the supports' force on the centre.
+    """Return the kernel's arrays of the supports' forces.
 
-    They are empty for supports without such a force.
+    They are empty for supports without such forces.
 
     Parameters
     ----------
     waves : waves of both bodies
-    hub : (2, m), x_o, y_o for unit modes of the rotor
-    bounds : (2, 2), m/N, for unit forces in x and y: bounds of the motion of any point
-        in the step in which they act, and of what they add to that in a later step
+    hub : (2 s, m), x, y of s supports for unit modes of the rotor
+    bounds : (2, 2 s), m/N, for unit forces in x and y: bounds of the motion of any
+        point in the step in which they act, and of what they add to that in a later
+        step
     """
-    spin, body = model.rotor.spin, waves.rotor
-    if spin is None or spin.support.is_plain:
+    if not len(hub):
         return NOTHING
-    stand = standing(model, scene, body.give, hub)
+    body = waves.rotor
+    stand = standing(model, scene, body.give, model.rotor.shapes)
     place, moving = hub @ (body.shapes - body.rises), hub @ body.moves
     own, _, _ = waves.apart
     gives = (body.gives @ hub.T).T.conj()
     rows = place, moving / (2 * scene.solver.time_step), gives
     both = np.concatenate([own, waves.half + own])
-    parts = [real_rows(row) for row in rows]
-    sizes = [np.abs(part).max(axis=0) for part in parts]
+    parts = [real_rows(row).reshape(-1, 2, len(both)) for row in rows]
+    sizes = [np.abs(part).max(axis=(0, 1)) for part in parts]
     felt = [size > LEAST * size.max(initial=0.0) for size in sizes]
     used = np.flatnonzero(np.any(felt, axis=0))
     extra = -len(used) % FOUR
     which = np.pad(both[used], (0, extra)).astype(np.int64)
-    reads = np.pad(np.vstack(parts[:2])[:, used], ((0, 0), (0, extra)))
-    arrays = all_aligned([which, reads.T.ravel(), parts[2][:, used].T.ravel()])
-    nudge, rush = np.hypot(*bounds.T).tolist()
+    reads = np.concatenate(parts[:2], axis=1)[:, :, used]
+    reads = np.pad(reads, ((0, 0), (0, 0), (0, extra)))
+    arrays = all_aligned([
+        which, np.swapaxes(reads, 1, 2).ravel(),
+        np.swapaxes(parts[2][:, :, used], 1, 2).ravel(),
+        *np.hypot(bounds[:, ::2], bounds[:, 1::2]),
+    ])  # fmt: skip
     first, *others = arrays
-    return PointsSupport._make([first, len(used), *others, nudge, rush, stand])
+    return PointsSupport._make([first, len(used), *others, stand])
 
 
 def slot_support(
@@ -70,40 +75,52 @@ def slot_support(
     steady: tuple[Circle, ...],
     at: SlotPlaces,
 ) -> SlotSupport:
-    """Return the kernel's arrays of the supports' force on the centre, equal sectors.
+    """Return the kernel's arrays of the supports' forces, equal sectors.
 
-    They are empty for supports without such a force. The waves of nodal diameter 1
-    move the centre by x + i y = conj(hub a), a their amplitudes, so that a force f on
-    it acts on their modes as conj(f) conj(hub).
+    They are empty for supports without such forces. The waves of nodal diameter 1 move
+    a support by x + i y = conj(hub a), a their amplitudes, so that a force f on it acts
+    on their modes as conj(f) conj(hub).
 
     diameters, steady : the rotor's waves of each nodal diameter; orbits of an unbalance
     at : where waves lie among the kernel's amplitudes
     """
     spin = model.rotor.spin
-    if spin is None or spin.support.is_plain or model.folds > 1:
+    if spin is None or spin.is_plain or model.folds > 1:
         return NO_SLOT
     own, step = diameters[1], scene.solver.time_step
     if not isinstance(own, Differences):
         raise TypeError(own)
     give = turning(model, scene, model.rotor.shapes).inverse
-    stand = standing(model, scene, give, centre_rows(model.rotor, model.blades))
-    more = own.give @ own.hub.conj()
-    push, moves = own.inverse @ np.concatenate([more, more]), own.passing()
-    place, moving = own.hub @ (own.shapes - own.rises), own.hub @ moves / (2 * step)
-    reads = _by_parts([place.conj(), moving.conj()])
-    beyond = np.array([own.along @ more - own.along @ moves @ push])
-    turns = np.exp(-2j * scene.speed * step * np.arange(STEPS))
-    extra = len(push) % 2  # rows by two
-    gives = _in_group(_by_parts([push]), own.k)
+    stand = standing(model, scene, give, model.rotor.shapes)
+    hubs = [row for row, _ in unlike_waves(spin, spin.waves[own.k])]
+    parts = zip(*(_of_support(own, hub) for hub in hubs), strict=True)
+    turns = np.exp(-1j * scene.speed * step * np.arange(STEPS))
     arrays = all_aligned([
-        np.pad(reads, ((0, 2 * extra), (0, 0))).ravel(),
-        np.pad(gives, ((0, 2 * extra), (0, 0), (0, 0))).ravel(),
-        _in_group(_by_parts([np.array([own.radial @ more])]), own.k).ravel(),
-        beyond.view(float), turns.view(float),
+        *(np.concatenate(part) for part in parts), turns.view(float)
     ])  # fmt: skip
     return SlotSupport._make([
         *arrays, *_swinging(diameters, steady, at), own.k, stand
     ])  # fmt: skip
+
+
+def _of_support(own: Differences, hub: Complexes) -> tuple[Floats, ...]:
+    """Return `reads`, `gives`, `gaps`, `slides` of `SlotSupport` of a support, flat.
+
+    own, hub : waves of nodal diameter 1; (m,), motion of the support in their modes
+    """
+    more = own.give @ hub.conj()
+    push, moves = own.inverse @ np.concatenate([more, more]), own.passing()
+    place, moving = hub @ (own.shapes - own.rises), hub @ moves / (2 * own.step)
+    reads = _by_parts([place.conj(), moving.conj()])
+    beyond = np.array([own.along @ more - own.along @ moves @ push])
+    extra = len(push) % 2  # rows by two
+    gives = _in_group(_by_parts([push]), own.k)
+    return (
+        np.pad(reads, ((0, 2 * extra), (0, 0))).ravel(),
+        np.pad(gives, ((0, 2 * extra), (0, 0), (0, 0))).ravel(),
+        _in_group(_by_parts([np.array([own.radial @ more])]), own.k).ravel(),
+        beyond.view(float),
+    )
 
 
 def _in_group(parts: Floats, slot: int) -> Floats:

@@ -85,7 +85,7 @@ from hpcwhirl.dynamics.kernels.loop.whole import (
 )
 from hpcwhirl.dynamics.kernels.samples import note_miss_folded
 from hpcwhirl.dynamics.kernels.shape import faded
-from hpcwhirl.dynamics.kernels.standing import hold_centre
+from hpcwhirl.dynamics.kernels.standing import hold_shaft, room_of
 from hpcwhirl.dynamics.kernels.vectors import (
     EIGHT,
     FOUR,
@@ -97,7 +97,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     total_of,
 )
 
-DRIFT, FRESH, HELD_X, HELD_Y = range(4)  # entries of `PointsSpace.bounds`
+DRIFT, FRESH = range(2)  # entries of `PointsSpace.bounds`
 
 
 @inlined
@@ -137,15 +137,15 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
 
 
 @inlined
-def let_go(support, spare, q, centre):
-    """Copy the amplitudes q to `spare` without the supports' force of the step.
+def let_go(support, spare, q, held):
+    """Copy the amplitudes q to `spare` without the supports' forces of the step.
 
-    support, centre : as in `standing.hold_centre`, which has set the latter
+    support, held : as support, before in `standing.hold_shaft`, which set the latter
     spare : (m,) or more, out
     """
     begin_moves(spare, q, len(q))
     for i in range(support.used):
-        spare[support.which[i]] = centre[i]
+        spare[support.which[i]] = held[i]
 
 
 @inlined
@@ -282,7 +282,7 @@ def set_out_points(_rows, state, space):
     """
     recall(len(state.last), len(space.out) // 2, space.solver)
     bounds = space.bounds
-    bounds[DRIFT], bounds[FRESH], bounds[HELD_X], bounds[HELD_Y] = 0.0, 1.0, 0.0, 0.0
+    bounds[DRIFT], bounds[FRESH] = 0.0, 1.0
 
 
 @does(flew, SectorRows)
@@ -302,7 +302,7 @@ def advance_points(rows, rotor, step, state, space):
 
     The implementation of `point_verbs.advance`, with its arguments, for rows of points.
     """
-    counter, q, bounds = state.counter, state.rotor, space.bounds
+    counter, q = state.counter, state.rotor
     stands = len(rotor.support.which) > 0
     near = counter[LAST] == counter[STEP] and not stands  # else q changes after reading
     turn_points(rows, q, rotor.ahead, near, space.spectra)
@@ -310,15 +310,14 @@ def advance_points(rows, rotor, step, state, space):
         note_slips_of_points(state, step)
     if stands:
         time = counter[STEP] * step
-        x, y = hold_centre(rotor.support, q, time, space.centre)
-        bounds[HELD_X], bounds[HELD_Y] = x, y
+        hold_shaft(rotor.support, q, time, space.held, space.push)
 
 
 @inlined
 def begin_free(rotor, q, space):
     """Copy the amplitudes to space.spare as they are before any force of the step."""
     if len(rotor.support.which) > 0:
-        let_go(rotor.support, space.spare, q, space.centre)
+        let_go(rotor.support, space.spare, q, space.held)
     else:
         begin_moves(space.spare, q, len(rotor.ahead))
 
@@ -388,9 +387,11 @@ def touch_points(rows, rotor, contact, wall, mu, step, speed, thrust, angle, eve
     if len(wall.orders) > 0:
         add_shape(wall, time, speed, contact.waves, gaps, row, wide)
     ready, every = False, every or bounds[FRESH] > 0.0
-    held_by = math.sqrt(bounds[HELD_X] ** 2 + bounds[HELD_Y] ** 2)
-    moved = bounds[DRIFT] + held_by * rotor.support.nudge
-    bounds[DRIFT] += held_by * rotor.support.rush
+    moved, pushed = bounds[DRIFT], space.push
+    for p in range(len(rotor.support.nudge)):
+        size = math.sqrt(pushed[2 * p] ** 2 + pushed[2 * p + 1] ** 2)
+        moved += size * rotor.support.nudge[p]
+        bounds[DRIFT] += size * rotor.support.rush[p]
     lowest = lower_all(out, moved, gaps, row, whole)
     layered = len(state.entered) > 0
     every = every or (layered and not lowest > 0.0)
@@ -437,7 +438,8 @@ def act_points(rows, rotor, mu, step, thrust, angle, active, state, space):
     clear_forces(spare, modes)
     at, stands = modes + points, len(rotor.support.which) > 0
     spare[at], spare[at + 1] = thrust * math.cos(angle), -thrust * math.sin(angle)
-    spare[at + 2], spare[at + 3] = space.bounds[HELD_X], space.bounds[HELD_Y]
+    for i in range(2 * len(rotor.support.nudge)):
+        spare[at + 2 + i] = space.push[i]
     for i in range(active):
         spare[modes + where[i]] = push[i]
     older = (counter[STEP] + 1) % 3 * 2 * wide
@@ -480,6 +482,8 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
     """
     rotor, points, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
     modes, width = len(rotor.ahead), len(rotor.kicked) // 2
+    stand = rotor.support.stand
+    supports = len(stand.film)
     check_sizes("points", [
         ("rotor", state.rotor, modes), ("drift", rotor.drift, modes // 2),
         ("rush", rotor.rush, points),
@@ -487,8 +491,8 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
         ("radial", rotor.radial, points * modes),
         ("along", rotor.along, points * modes),
         ("clear", arrays.contact.clear, 2 * wide),
-        ("reads", rotor.support.reads, 4 * len(rotor.support.which)),
-        ("gives", rotor.support.gives, 2 * rotor.support.used),
+        ("reads", rotor.support.reads, 4 * supports * len(rotor.support.which)),
+        ("gives", rotor.support.gives, 2 * supports * rotor.support.used),
         *sizes_of_rows(rotor.rows, points, modes, width),
     ])  # fmt: skip
     check_places("points", modes, {"which": rotor.support.which})
@@ -500,7 +504,8 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
     return PointsSpace(
         spare, spectra, np.zeros(points), solver, out, again, opened,
         np.zeros((points + 1, 2)), np.zeros(len(rotor.casing)),
-        np.zeros_like(state.ledger), np.zeros(len(rotor.support.which)), np.zeros(4),
+        np.zeros_like(state.ledger), np.zeros(len(rotor.support.which)),
+        np.zeros(room_of.py_func(stand)), np.zeros(2),
         layer_space.py_func(len(state.entered)),
     )  # fmt: skip
 

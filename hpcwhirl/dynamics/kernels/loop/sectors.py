@@ -28,7 +28,7 @@ from hpcwhirl.dynamics.kernels.loop.point_rows import (
     read_every,
     turn_points,
 )
-from hpcwhirl.dynamics.kernels.loop.wave_types import FORCES, SectorRows
+from hpcwhirl.dynamics.kernels.loop.wave_types import SectorRows
 from hpcwhirl.dynamics.kernels.loop.whole import put, turn_four, turn_waves
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -431,7 +431,7 @@ def by_forces(table, at, push, where, active, spare, modes, points):
         points on
     """
     total = 0.0
-    for i in range(points, points + FORCES):
+    for i in range(points, len(spare) - modes):
         total += table[at + i] * spare[modes + i]
     for i in range(active):
         total += table[at + where[i]] * push[i]

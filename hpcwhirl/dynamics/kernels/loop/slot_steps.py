@@ -89,6 +89,7 @@ from hpcwhirl.dynamics.kernels.loop.transform import BEHIND
 from hpcwhirl.dynamics.kernels.loop.wave_types import FlowRows, SlotRows, SlotSpace
 from hpcwhirl.dynamics.kernels.samples import at_blade, note_miss_folded
 from hpcwhirl.dynamics.kernels.shape import carried_by_shape, is_shaped, write_shape
+from hpcwhirl.dynamics.kernels.standing import room_of
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     add_six,
@@ -171,15 +172,18 @@ def advance_slots(rows, rotor, step, state, space):
 
 @part
 def book_held(support, state, space):
-    """Enter the work of a step's contact forces on what the supports' force moves.
+    """Enter the work of a step's contact forces on what the supports' forces move.
 
     The pass does not see its motion along the casing. It sees the orbit that an
     unbalanced rotor has without contact, which has no part in the works.
     """
     lam, sums, held, q = state.lam, state.sums_b, space.held, state.rotor
-    k, slot = len(lam) // 2, support.slot
-    a, b, x, y = support.slides[0], support.slides[1], space.push[0], space.push[1]
-    re, im = a * x + b * y, b * x - a * y  # times conj(x + i y)
+    k, slot, re, im = len(lam) // 2, support.slot, 0.0, 0.0
+    for p in range(0, len(support.slides), 2):  # times conj(x + i y)
+        a, b = support.slides[p], support.slides[p + 1]
+        x, y = space.push[p], space.push[p + 1]
+        re += a * x + b * y
+        im += b * x - a * y
     sums[k + slot] += lam[slot] * re + lam[k + slot] * im
     held[0], held[1], held[2], held[3] = re, im, state.counter[STEP], slot
     if support.orbit >= 0:
@@ -475,7 +479,8 @@ def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
         spectrum, slip, radial, along, seen, np.zeros(STEPS, np.int64),
         np.zeros(blades), solver, out, again, np.zeros((blades + 1, 2)),
         np.zeros(2 * len(rotor.modes)), np.zeros_like(state.ledger),
-        np.zeros(4), np.zeros(4), np.zeros(2), np.full(3, -1.0),
+        np.zeros(4), np.zeros(4), np.zeros(room_of.py_func(rotor.support.stand)),
+        np.full(3, -1.0),
         state._replace(rotor=state.rotor.copy(), counter=state.counter.copy()),
         layer_space.py_func(len(state.entered)),
     )  # fmt: skip
@@ -502,7 +507,7 @@ def sizes_of_slots(arrays: Arrays, state: CyclicState) -> Wanted:
         ("impulse", state.impulse, blades), ("hub", rotor.hub, 4 * len(rotor.centre)),
         ("push", rotor.pulse.push, lobes), ("move", rotor.pulse.move, lobes),
         ("gives", support.gives, 2 * support.reads.size),
-        ("gaps of supports", support.gaps, 4 * FOUR * bool(support.reads.size)),
+        ("gaps of supports", support.gaps, 4 * FOUR * len(support.stand.film)),
     ]  # fmt: skip
     if isinstance(rows, FlowRows):
         jumps = rows.flight.jumps, len(rows.flight.counts) * waves * PART

@@ -194,19 +194,22 @@ def ahead_row(free, at, q, m, re, im, real, imag):
 
 @part
 def hold_slots(support, push, q, seen, k, spectrum):
-    """Apply the supports' force to the predicted step, its waves and gaps.
+    """Apply the supports' forces to the predicted step, its waves and gaps.
 
-    push : (2,), N, the force, x and y
+    push : (room,), N, the forces, x and y
     seen, k : index in q of the rotor's spectrum of that step; number of slots
     """
-    gaps, x, y = support.gaps, broadcast(push[0]), broadcast(push[1])
-    push_group(support.gives, x, y, q)
-    re = fma(load(gaps, 0), x, load(gaps, FOUR) * y)
-    im = fma(load(gaps, 2 * FOUR), x, load(gaps, 3 * FOUR) * y)
-    store(spectrum, 0, load(spectrum, 0) + re)
-    store(spectrum, k, load(spectrum, k) + im)
-    store(q, seen, load(q, seen) + re)
-    store(q, seen + k, load(q, seen + k) + im)
+    gaps, count = support.gaps, len(support.stand.film)
+    size = len(support.gives) // (2 * count)
+    for p in range(count):
+        x, y, at = broadcast(push[2 * p]), broadcast(push[2 * p + 1]), 4 * FOUR * p
+        push_group(support.gives, 2 * size * p, size, x, y, q)
+        re = fma(load(gaps, at), x, load(gaps, at + FOUR) * y)
+        im = fma(load(gaps, at + 2 * FOUR), x, load(gaps, at + 3 * FOUR) * y)
+        store(spectrum, 0, load(spectrum, 0) + re)
+        store(spectrum, k, load(spectrum, k) + im)
+        store(q, seen, load(q, seen) + re)
+        store(q, seen + k, load(q, seen + k) + im)
 
 
 @inlined
@@ -214,7 +217,7 @@ def pass_groups(rows, q, lam, step, touched, spectrum, sums, slip, held):
     """Complete the last step of all waves, predict the next, add up their gaps.
 
     The arguments are those of `pass_slots`; touched : whether forces are pending. The
-    supports' force follows from the first group, and acts last, since it takes a while.
+    supports' forces follow from the first group, and act last: they take a while.
     """
     k, m, at, c = FOUR * groups_of(rows), 0, 0, 0
     free, pushed, support = rows.free, rows.pushed, held[0]

@@ -20,15 +20,13 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     Stand,
 )
 
-FORCES = 4  # forces beside multipliers: cos, sin of the pulse; x, y on the centre
-
 
 class PointRows(NamedTuple):
     """Coefficients between P contact points and m amplitudes, a row for each point.
 
-    They are used for unequal sectors, see `points`. `width` is m + P + FORCES, padded:
+    They are used for unequal sectors, see `points`. `width` is m + P + 2 + 2 s, padded:
     the number of amplitudes, multipliers, cos and sin of the pulse, x and y of the
-    force on the centre. The motion of the bodies' material from step n - 1 to n + 1 is
+    forces of s supports. The motion of the bodies' material from step n - 1 to n + 1 is
     called d' + d.
 
     Attributes
@@ -119,19 +117,20 @@ class PointsEnergy(NamedTuple):
 
 
 class PointsSupport(NamedTuple):
-    """Supports whose force on the centre no constant matrix gives, see `standing`.
+    """The s supports whose forces no constant matrix gives, see `standing`.
 
-    In a step this force, x and y, changes n of the real amplitudes; n is 0 without such
-    supports, else a multiple of 4.
+    In a step these forces, x and y, change n of the real amplitudes; n is 0 without
+    such supports, else a multiple of 4.
 
     Attributes
     ----------
     which, used : (n,), indices of these amplitudes; how many are no padding
-    reads : (n, 4) flat, x_o, y_o at the step's start in the motion that contact causes,
-        and their velocities without this force, for unit amplitudes after the free step
-    gives : (n, 2) flat, change of the amplitudes by unit forces x and y
-    nudge, rush : m/N, bounds of the motion of any point due to a unit force: in the
-        step in which it acts; and the increase of the bound given by
+    reads : (s, n, 4) flat, x and y of each support at the step's start in the motion
+        that contact causes, and their velocities without these forces, for unit
+        amplitudes after the free step
+    gives : (s, used, 2) flat, change of the amplitudes by unit forces x and y
+    nudge, rush : (s,), m/N, bounds of the motion of any point due to a unit force: in
+        the step in which it acts; and the increase of the bound given by
         `PointsRotor.drift`
     stand : the supports
     """
@@ -140,8 +139,8 @@ class PointsSupport(NamedTuple):
     used: int
     reads: Floats
     gives: Floats
-    nudge: float
-    rush: float
+    nudge: Floats
+    rush: Floats
     stand: Stand
 
 
@@ -221,9 +220,9 @@ class PointsSpace(NamedTuple):
         y_o
     casing : (c,), amplitudes of the c modes of the casing, rotating frame
     ledger : copy of the ledger with all works entered, J
-    centre : (n,), the n amplitudes that the supports' force changes, before it acts
-    bounds : (4,), m, bound of any point's motion in a step; 1 before any is known; N,
-        the supports' force on the centre, x and y
+    held : (n,), the n amplitudes that the supports' forces change, before these act
+    push : (room,), N, forces of s supports, x and y, see `standing.add_support`
+    bounds : (2,), m, bound of any point's motion in a step; 1 before any is known
     layer : work space of `layer`
     """
 
@@ -237,7 +236,8 @@ class PointsSpace(NamedTuple):
     tips: Floats
     casing: Floats
     ledger: Floats
-    centre: Floats
+    held: Floats
+    push: Floats
     bounds: Floats
     layer: LayerSpace
 
@@ -341,20 +341,20 @@ class SlotPulse(NamedTuple):
 
 
 class SlotSupport(NamedTuple):
-    """Supports whose force on the centre no constant matrix gives, see `standing`.
+    """The s supports whose forces no constant matrix gives, see `standing`.
 
-    With equal sectors the force f = x + i y acts on the rotor's waves of one slot,
-    nodal diameter 1. It changes complex numbers of that slot in proportion to conj(f).
+    With equal sectors a force f = x + i y acts on the rotor's waves of one slot, nodal
+    diameter 1. It changes complex numbers of that slot in proportion to conj(f).
 
-    reads : (n, 4) flat, as in `PointsSupport`, for re, then im, of each of the slot's
-        rows in turn, padded; empty without such supports
-    gives : (n, 2, 4) flat, change of the amplitudes of the group of four slots by unit
-        x and y
-    gaps : (2, 2, 4) flat, m/N, change of re, then im, of the gaps' spectrum of the
+    reads : (s, n, 4) flat, as in `PointsSupport`, for re, then im, of each of the
+        slot's rows in turn, padded; empty without such supports
+    gives : (s, n, 2, 4) flat, change of the amplitudes of the group of four slots by
+        unit x and y
+    gaps : (s, 2, 2, 4) flat, m/N, change of re, then im, of the gaps' spectrum of the
         group by unit x and y
-    slides : (2,), m/N, re and im: motion along the casing by unit conj(f), beyond that
-        of the waves after the force
-    turns : (64, 2) flat, e^{-2 i Omega t} at the first steps, re and im
+    slides : (s, 2) flat, m/N, re and im: motion along the casing by unit conj(f),
+        beyond that of the waves after the force
+    turns : (64, 2) flat, e^{-i Omega t} at the first steps, re and im
     swing : (2,), re and im: motion of the gap from step n - 1 to n + 1 by a unit
         amplitude of the orbit of an unbalanced rotor that turns at 2 Omega
     orbit : index of re of that amplitude; -1 if there is none
@@ -417,8 +417,8 @@ class SlotSpace(NamedTuple):
     kicked, held : (4,) each, of the last step with contact and a pulse, or a force of
         the supports: re and im, m, of the motion along the casing by it alone; number
         of the step; slot
-    push, turned : (2,), N, force of the supports in this step, x and y; (3,), see
-        `standing.turned_by_steps`
+    push, turned : (room,), N, forces of the supports in this step, x and y, see
+        `standing.add_support`; (3,), see `standing.turned_by_steps`
     aside : for the exact scheme, a state with copies of the arrays that a jump changes
     layer : work space of `layer`
     """

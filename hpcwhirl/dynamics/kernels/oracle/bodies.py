@@ -65,6 +65,7 @@ from hpcwhirl.dynamics.kernels.verbs import (
     predict,
     read,
     read_tips,
+    room,
     slide,
     stand,
     yielded,
@@ -223,7 +224,7 @@ def march_bodies(
     b, c = motion_of(q_b, d_b, loss_b), motion_of(q_c, d_c, loss_c)
     u, w, tips = np.zeros(blades + 2), np.zeros(coordinates), np.zeros((blades + 1, 2))
     gaps, opened, lam = np.zeros(blades), np.zeros(blades), np.zeros(blades)
-    slid, stood = np.zeros(blades), np.zeros(2)
+    slid, stood = np.zeros(blades), np.zeros(room(rotor))
     width = 4 if ring.kind == ELEMENTS else coordinates
     index, shape = np.zeros((blades, width), np.int64), np.zeros((blades, width))
     own, inward = np.arange(blades).reshape(blades, 1), np.full((blades, 1), -1.0)

@@ -174,8 +174,8 @@ def stand(body, motion, time, force):
 
     The increments that these forces cause are added to motion.ahead and .following. At
     constant speed the forces are those of supports that differ by direction or have a
-    film, at `time`, s; they are stored in force (2,), N. motion.normal is used as work
-    space; `collect` sets it later.
+    film, at `time`, s; they are stored in force (room,), N. motion.normal is used as
+    work space; `collect` sets it later.
     """
     if len(body.force) == 0:
         standing.stand(body, motion, time, force)
@@ -197,7 +197,7 @@ def yielded(body, motion, force, ledger):
     """Enter the work, J, of forces of changing speed on the motion that contact causes.
 
     The body's `stand` has added the increments due to these forces. At constant speed
-    the work is that of the supports' `force` (2,), N, see `standing.yielded`.
+    the work is that of the supports' `force` (room,), N, see `standing.yielded`.
     """
     if len(body.force) == 0:
         standing.yielded(body, motion, force, ledger)
