@@ -16,6 +16,7 @@ from xarray.plot.accessor import DataArrayPlotAccessor
 
 from hpcwhirl.analysis.whirl import full_spectrum, sense_of
 from hpcwhirl.errors import InputError
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import axis_of, new_figure, title_of
 from hpcwhirl.scene.words import MOTIONS, SHOWN, WHIRLS
 from hpcwhirl.store.reading.results_file import Results
@@ -197,7 +198,9 @@ class Whirl:
         omega, amplitude = full_spectrum(orbit, row["sample_interval"])
         _, axes = new_figure((8, 4))
         axes.semilogy(sense_of(row["speed"]) * omega, 1e3 * amplitude)
-        axes.axvline(abs(row["speed"]), color="black", ls="--", lw=0.8, label="ω = Ω")
+        axes.axvline(
+            abs(row["speed"]), color=palette.INK, ls="--", lw=0.8, label="ω = Ω"
+        )
         axes.set(
             xlabel="ω, rad/s, static frame: backward < 0 < forward",
             ylabel=f"{axis_of('centre').partition(',')[0]}: radius of the circle, mm",

@@ -13,6 +13,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 
 from hpcwhirl.errors import legible
+from hpcwhirl.report import palette
 from hpcwhirl.scene.quantities import AXES, DERIVED, INPUTS, ROW, TRACES, variable_name
 from hpcwhirl.scene.units import shown_in, with_unit
 from hpcwhirl.store.atomic import make_folders, replacing, sweep_idle, telling
@@ -20,8 +21,6 @@ from hpcwhirl.store.reading.select import value_text
 
 FIXED = ("speed", "nodal_diameter", "gap", "friction")  # inputs named first in titles
 DIGITS = 6  # digits of a number in a unit other than SI, and in the title of a case
-SEQUENTIAL = "cividis"  # colour map, perceptually uniform, fit for the colour-blind
-DIVERGING = "PuOr"  # colour map of numbers of both signs
 KNOWN = DERIVED | AXES | TRACES | ROW
 NAMED = {variable_name(name): quantity for name, quantity in INPUTS.items()} | KNOWN
 UNITS = re.compile(r", (rad/s|m|N|s|Hz|1/s)(?=$|[\n,]| \()")
@@ -136,7 +135,7 @@ def legend_below(
 
 
 # white ground of a text that stands on lines, as `bbox` of matplotlib
-BOX = {"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0, "alpha": 0.8}
+BOX = {"boxstyle": "round,pad=0.1", "fc": palette.GROUND, "lw": 0, "alpha": 0.8}
 LONGEST = 80  # largest number of characters of a text that is part of a file name
 
 
@@ -144,7 +143,8 @@ def in_defaults(draw: Callable[P, T]) -> Callable[P, T]:
     """Let a function draw and write in Matplotlib's defaults, as a decorator.
 
     What a matplotlibrc sets, such as LaTeX for all text, does not count: a figure looks
-    the same for everyone, and compute nodes have no LaTeX.
+    the same for everyone, and compute nodes have no LaTeX. What `palette.style` sets
+    does.
     """
 
     @wraps(draw)
@@ -152,7 +152,7 @@ def in_defaults(draw: Callable[P, T]) -> Callable[P, T]:
         from matplotlib import rc_context, rcParamsDefault
 
         plain = {n: value for n, value in rcParamsDefault.items() if n != "backend"}
-        with rc_context(plain):  # type: ignore[arg-type, unused-ignore]
+        with rc_context(plain | palette.style()):  # type: ignore[arg-type, unused-ignore]
             return draw(*args, **options)
 
     return drawn

@@ -18,7 +18,7 @@ from hpcwhirl import open_results, words
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.cli import campaign, main
-from hpcwhirl.report import canvas, render_process
+from hpcwhirl.report import canvas, palette, render_process
 from hpcwhirl.report.map import critical, drawing, layout, maps
 from hpcwhirl.report.map.axes import Axis, cell_edges, straight
 from hpcwhirl.report.map.colours import Colours
@@ -367,7 +367,7 @@ def test_a_number_over_decades_has_a_logarithmic_bar_with_its_unit(made):
 def test_a_number_with_signs_has_zero_in_the_middle(made):
     colours = drawn(made("many"), colour="growth_rate").picture.colours
     assert colours.norm()(0.0) == pytest.approx(0.5)
-    assert colours.map() == canvas.DIVERGING
+    assert colours.map() == palette.DIVERGING
 
 
 @pytest.mark.parametrize("rows", ["uneven", "many"])

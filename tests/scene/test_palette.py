@@ -1,10 +1,15 @@
 """The looks of words: apart in colour, in grey, and to the colour-blind."""
 
+import ast
 import itertools
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import hpcwhirl
+from hpcwhirl.report import palette
 from hpcwhirl.scene.words import BAD, ENUMS, SHOWN, WHIRLS, word_of
 from hpcwhirl.store.reading.shares import words_of
 
@@ -77,3 +82,70 @@ def test_every_word_of_a_file_has_one_look():
     assert set(one) == set(SHOWN)
     assert list(words_of(*map(np.array, zip(*triples, strict=True)))) == one
     assert set(WHIRLS) == set(ENUMS["whirl"])
+
+
+@pytest.mark.parametrize("ground", ["colour", "night"])
+@pytest.mark.parametrize("eye", BLIND)
+def test_curves_are_apart_to_every_eye_by_day_and_night(eye, ground):
+    turn = np.array(BLIND[eye])
+    seen = [lab(turn @ linear(getattr(one, ground))) for one in palette.SERIES]
+    for a, b in itertools.combinations(seen, 2):
+        assert np.linalg.norm(a - b) > 20
+
+
+def test_curves_stand_out_from_their_ground():
+    day, night = palette.PAGE["ground"]
+    for one in palette.SERIES:
+        for colour, ground in ((one.colour, day), (one.night, night)):
+            light, dark = sorted(
+                (float(XYZ[1] @ linear(c)) for c in (colour, ground)), reverse=True
+            )
+            assert (light + 0.05) / (dark + 0.05) > 3  # WCAG 2, graphics
+
+
+def test_curves_are_apart_without_colour():
+    for part in ("dash", "marker"):
+        assert len({getattr(one, part) for one in palette.SERIES}) == len(
+            palette.SERIES
+        )
+    many = [palette.look_of(n) for n in range(36)]
+    assert len({(look["c"], look["marker"]) for look in many}) == 36
+    first = [palette.spaced(n, 7)["markevery"][0] for n in range(7)]
+    assert np.diff(first) == pytest.approx(1 / 70)
+
+
+COLOURED = {"c", "color", "colors", "fc", "ec", "mfc", "mec", "ecolor", "facecolor",
+            "edgecolor", "edgecolors", "foreground"}  # fmt: skip
+HEX = re.compile(r"#[0-9a-fA-F]{3,8}\b")
+REPORT = Path(hpcwhirl.__file__).parent / "report"
+
+
+def colours_in(path):
+    """Return the colours that a source names by itself."""
+    from matplotlib.colors import is_color_like
+
+    text = path.read_text("utf-8")
+    if path.suffix != ".py":
+        return HEX.findall(text)
+    nodes = list(ast.walk(ast.parse(text)))
+    given = [(k.arg, k.value) for n in nodes if isinstance(n, ast.Call)
+             for k in n.keywords]  # fmt: skip
+    given += [(getattr(k, "value", None), v) for n in nodes if isinstance(n, ast.Dict)
+              for k, v in zip(n.keys, n.values, strict=True)]  # fmt: skip
+    named = {v.value for name, v in given if name in COLOURED
+             and isinstance(v, ast.Constant) and is_color_like(v.value)}  # fmt: skip
+    return [*(named - {"none"}), *HEX.findall(text)]
+
+
+@pytest.mark.parametrize(
+    "path",
+    [path for path in sorted(REPORT.rglob("*")) if path.name != "palette.py"
+     and path.suffix in {".py", ".js", ".css"} and "vendor" not in path.parts],
+    ids=lambda path: path.name,
+)  # fmt: skip
+def test_only_the_palette_and_the_words_name_colours(path):
+    assert not colours_in(path)
+
+
+def test_colours_named_by_hand_are_seen():
+    assert len(colours_in(REPORT / "palette.py")) > 30

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from hpcwhirl.errors import InputError
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import axis_of, in_defaults, new_figure, save, value_of
 from hpcwhirl.report.figures.motions import DARK, draw_orbit, unit_of
 from hpcwhirl.report.map.data import Wish, picture_of
@@ -52,7 +53,9 @@ def draw_branches(results: Results, line: list[int]) -> Any:
     fixed = branches[0].others.items()
     others = ", ".join(value_of(variable_name(n), v) for n, v in fixed)
     upper.set_title(f"Branches{': ' if others else ''}{others}")
-    lower.axhline(1e3 * float(results["gap_scale"][line[0]]), c="k", ls=":", lw=0.8)
+    lower.axhline(
+        1e3 * float(results["gap_scale"][line[0]]), c=palette.INK, ls=":", lw=0.8
+    )
     lower.set(yscale="log", ylabel="orbit radius, mm (dotted: gap)")
     lower.set_xlabel(axis_of(variable_name(over)))
     figure.legend(*_legend(branches), loc="outside right upper")
@@ -72,13 +75,13 @@ def _strip(axes: Any, row: int, branch: Branch) -> None:
         axes.plot(value, row, marker, mfc=shown.colour, mec=shown.stroke, ms=7)
     for one in changes_of(branch):
         if one.kind == "fold":
-            axes.plot((one.last + one.first) / 2, row, "|", c="k", ms=14)
+            axes.plot((one.last + one.first) / 2, row, "|", c=palette.INK, ms=14)
 
 
 def _radii(axes: Any, branch: Branch) -> None:
     marker, style = _look(branch)
     radii = np.maximum(1e3 * np.nan_to_num(branch.radii), AT_REST)
-    axes.plot(branch.values, radii, style, c="0.6", lw=1, zorder=1)
+    axes.plot(branch.values, radii, style, c=palette.EDGE, lw=1, zorder=1)
     for value, radius, word in zip(branch.values, radii, branch.words, strict=True):
         shown = SHOWN[word]
         axes.plot(value, radius, marker, mfc=shown.colour, mec=shown.stroke, ms=5)
@@ -96,9 +99,9 @@ def _legend(branches: list[Branch]) -> tuple[list[Any], list[str]]:
     words = dict.fromkeys(word for branch in branches for word in branch.words)
     marks = {word: ("o", SHOWN[word].colour) for word in words}
     marks |= {name: (look[0], "none") for name, look in LOOKS.items()}
-    marks["word changes"] = ("|", "k")
+    marks["word changes"] = ("|", palette.INK)
     handles = [
-        Line2D([], [], marker=marker, ls="", mfc=colour, mec="k")
+        Line2D([], [], marker=marker, ls="", mfc=colour, mec=palette.INK)
         for marker, colour in marks.values()
     ]
     return handles, list(marks)
@@ -130,9 +133,9 @@ def edge_figure(scene: Scene, found: Edge) -> Any:
         axes.plot(side.time, factor * side.radius, c=look.stroke, lw=0.7, gid=name,
                   label=f"leaves the edge: {look.told}")  # fmt: skip
     axes.plot(found.time, factor * radius, c=DARK, lw=0.9, label="edge", gid="edge")
-    axes.axhline(factor * scene.gap, color="black", ls="--", lw=0.8, label="gap")
+    axes.axhline(factor * scene.gap, color=palette.INK, ls="--", lw=0.8, label="gap")
     for start in found.time[1:][np.diff(found.pieces) != 0]:
-        axes.axvline(start, ymax=0.02, color="black", lw=0.5)
+        axes.axvline(start, ymax=0.02, color=palette.INK, lw=0.5)
     axes.set(xlabel=axis_of("time"), ylim=(0.0, factor * most))
     axes.set_ylabel(f"distance of the centre from its rest, {unit}")
     axes.legend(fontsize=8, loc="upper left")

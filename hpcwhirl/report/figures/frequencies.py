@@ -16,6 +16,7 @@ from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction import families
 from hpcwhirl.reduction.growth import Span
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import (
     BOX,
     axis_of,
@@ -34,7 +35,9 @@ from hpcwhirl.store.reading.results_file import Results
 MARGIN = 1.2
 POINTS = 61  # speeds at which curves are computed
 FAMILIES = ("1F", "2F", "suspension")
-COLOURS = dict(zip(FAMILIES, ("#0072B2", "#56B4E9", "#009E73"), strict=True))
+COLOURS = dict(
+    zip(FAMILIES, (palette.BLUE, palette.PURPLE, palette.GREEN), strict=True)
+)
 OTHER = COLOURS["2F"]  # colour of all other families
 INWARD = 0.75  # fraction of the speed axis beyond which labels are left of their point
 WAYS = "forward", "backward"  # both waves of a family, in the order of `Waves`
@@ -78,8 +81,8 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
         _at_speed(axes, case, most)
     engine_orders(axes, span, top)
     ends, look = (np.abs(speeds).min(), np.abs(speeds).max()), {"lw": 0.5, "zorder": 0}
-    axes.axvspan(*ends, fc="#EEEEEE", ec="#999999", label="speeds of the campaign",
-                 **look)  # fmt: skip
+    axes.axvspan(*ends, fc=palette.FAINT, ec=palette.EDGE,
+                 label="speeds of the campaign", **look)  # fmt: skip
     axes.set(xlim=(0.0, most), ylim=(0.0, top), xlabel=axis_of("speed"),
              ylabel=axis_of("frequency") + " (rotating frame)")  # fmt: skip
     name = title_of(scene.engine.name, scene.engine.file)
@@ -162,7 +165,7 @@ def _at_speed(axes: Any, case: Case, most: float) -> None:
     """
     for speed in rotation.unbalance_speeds_of(case, most):
         if speed <= most:
-            axes.axvline(speed, color="#CC79A7", lw=1.2, ls="-.",
+            axes.axvline(speed, color=palette.GROWING, lw=1.2, ls="-.",
                          label=f"unbalance: {_speed(speed)}")  # fmt: skip
     found = stability_of(case.model, most)
     if found is None:
@@ -170,8 +173,8 @@ def _at_speed(axes: Any, case: Case, most: float) -> None:
     for band in [band for band in found.bands if band.start < most]:
         ends = f" to {_speed(band.end)}" if band.ends else ""
         told = f"free motion grows from {_speed(band.start)}{ends}"
-        axes.axvspan(band.start, min(band.end, most), fc="#CC79A7", alpha=0.15, lw=0,
-                     label=told)  # fmt: skip
+        axes.axvspan(band.start, min(band.end, most), fc=palette.GROWING,
+                     alpha=0.15, lw=0, label=told)  # fmt: skip
     _beyond(axes, found.span, most)
 
 
@@ -185,7 +188,7 @@ def _beyond(axes: Any, searched: Span, most: float) -> None:
     )
     parts = [(0.0, searched.low), (searched.high, most)]
     for place, (low, high) in enumerate(part for part in parts if part[0] < part[1]):
-        axes.axvspan(low, high, fc="none", ec="#999999", hatch="////", lw=0,
+        axes.axvspan(low, high, fc="none", ec=palette.EDGE, hatch="////", lw=0,
                      label=None if place else why)  # fmt: skip
 
 
@@ -193,7 +196,7 @@ def engine_orders(
     axes: Any,
     span: Floats,
     top: float,
-    colours: tuple[str, str] = ("#999999", "#666666"),
+    colours: tuple[str, str] = (palette.EDGE, palette.QUIET),
 ) -> None:
     """Draw engine orders n Omega / 2 pi, with n where each line leaves the axes.
 
@@ -223,7 +226,7 @@ def _casing(axes: Any, table: list[families.Line], k: int, span: Floats) -> None
         return
     seen = np.abs([first + k * span, first - k * span]) / (2 * np.pi)
     told = [f"casing, k = {k}, wave {way} the rotation" for way in ("against", "with")]
-    _pair(axes, span, seen, told, c="#D55E00", lw=1.0)
+    _pair(axes, span, seen, told, c=palette.ORANGE, lw=1.0)
 
 
 def _marks(axes: Any, case: Case, casing: Mapping[int, float], most: float) -> None:
@@ -236,7 +239,7 @@ def _marks(axes: Any, case: Case, casing: Mapping[int, float], most: float) -> N
         if row["nodal_diameter"] == k and row["speed"] <= most:
             name, speed = row["family"], row["speed"]
             at = speed, (k * speed - casing[k]) / (2 * np.pi)
-            axes.plot(*at, "o", c="black", mfc="white", ms=5, zorder=4)
+            axes.plot(*at, "o", c=palette.INK, mfc=palette.GROUND, ms=5, zorder=4)
             axes.annotate(f"{eq13_of(name)}: {_speed(speed)}", at,
                           (6, 8 if name == "1F" else -14), fontsize=8, bbox=BOX,
                           textcoords="offset points", zorder=5)  # fmt: skip
@@ -263,13 +266,13 @@ def draw_stability(scene: Scene, speeds: Floats) -> Any:
     for name in [name for name in FAMILIES if name in waves]:
         told = [f"{name}, k = 1, {way}" for way in WAYS]
         _pair(axes, span, waves[name], told, c=COLOURS[name], lw=1.2)
-    axes.plot(span, fastest, "k-", lw=2.0, label="largest of all waves")
+    axes.plot(span, fastest, "-", c=palette.INK, lw=2.0, label="largest of all waves")
     other = rotation.beside(case)
     if other is not None:
         kind = other.reduced.engine.rotation
-        axes.plot(span, rotation.growth_over(other, span)[0], "k:", lw=1.4,
-                  label=f"largest, rotation = {kind}")  # fmt: skip
-    axes.axhline(0.0, c="#999999", lw=0.8)
+        axes.plot(span, rotation.growth_over(other, span)[0], ":", c=palette.INK,
+                  lw=1.4, label=f"largest, rotation = {kind}")  # fmt: skip
+    axes.axhline(0.0, c=palette.EDGE, lw=0.8)
     if case.model.rotor.spin is not None:
         _at_speed(axes, case, most)
     axes.set(xlim=(0.0, most), xlabel=axis_of("speed"), ylabel=axis_of("growth_rate"))
@@ -334,7 +337,7 @@ def _harmonics(axes: Any, first: float, orders: int) -> None:
         look = {"lw": 1.2} if n == 1 else {"lw": 0.6, "alpha": 0.4}
         for sign in (-1, 1):
             label = told.get(n) if sign == 1 else None
-            axes.axhline(sign * n * first, c="#D55E00", label=label, **look)
+            axes.axhline(sign * n * first, c=palette.ORANGE, label=label, **look)
 
 
 def _crossings(axes: Any, case: Case, span: Floats, orders: int) -> None:
@@ -384,7 +387,16 @@ def _marked(
     for row in seen:
         speed, n = float(row["speed"]), int(row["order"])
         height = (1.0 if row["side"] == -1 else -1.0) * n * first
-        axes.plot(speed, height, "o", c="black", ms=4, mfc="white", zorder=3, **told)
+        axes.plot(
+            speed,
+            height,
+            "o",
+            c=palette.INK,
+            ms=4,
+            mfc=palette.GROUND,
+            zorder=3,
+            **told,
+        )
         told = {}
         if row["side"] == -1 and n in {named[0], named[-1]}:
             name = eq13_of(family) if n == 1 else f"n = {n}"

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import colormaps
 
 from hpcwhirl.errors import InputError
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import (
     in_defaults,
     legend_below,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray
 
 ORDERS = {"first": "alone (first order)", "total": "with others (total)"}
-LOOKS = {"first": "#2F6DB3", "total": "#F0AE45"}
+LOOKS = {"first": palette.BLUE, "total": palette.PALE}
 MOST_BARS = 6  # points of a sweep up to which bars are drawn, else lines
 MOST_LINES = 7  # largest number of inputs with lines: those with the largest indices
 HIGH = 0.38  # height of a bar, in rows
@@ -131,9 +131,9 @@ def _panel(axes: Any, one: xarray.Dataset) -> None:
     for place, (order, told) in enumerate(ORDERS.items()):
         value, away = _ends(one, order)
         axes.barh(at + (place - 0.5) * HIGH, value, HIGH, color=LOOKS[order],
-                  xerr=away, capsize=2, ecolor="black", label=told)  # fmt: skip
+                  xerr=away, capsize=2, ecolor=palette.INK, label=told)  # fmt: skip
     _note(axes, one)
-    axes.axvline(0.0, c="grey", lw=0.6)
+    axes.axvline(0.0, c=palette.GREY, lw=0.6)
     axes.set_xlim(min(-0.05, axes.get_xlim()[0]), max(1.05, axes.get_xlim()[1]))
 
 
@@ -158,7 +158,7 @@ def _note(axes: Any, one: xarray.Dataset) -> None:
     if not np.isfinite(one["first"]).any():
         why = "does not vary" if int(one["draws"]) else "no draws left"
         axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", va="center",
-                  color="grey")  # fmt: skip
+                  color=palette.GREY)  # fmt: skip
 
 
 def _lines(data: xarray.Dataset, found: xarray.Dataset, over: str) -> Any:
@@ -176,11 +176,11 @@ def _lines(data: xarray.Dataset, found: xarray.Dataset, over: str) -> Any:
             for place, number in enumerate(shown):
                 one = sorted_.sel(quantity=name).isel(input=number)
                 ends = one[f"{kind}_low"].to_numpy(), one[f"{kind}_high"].to_numpy()
-                colour = colormaps["tab10"](place)
-                axes.fill_between(x, *ends, color=colour, alpha=0.2, lw=0)
-                axes.plot(x, one[kind].to_numpy(), "o-", ms=3, color=colour,
+                look = palette.look_of(place)
+                axes.fill_between(x, *ends, color=look["c"], alpha=0.2, lw=0)
+                axes.plot(x, one[kind].to_numpy(), ms=4, **look,
                           label=name_of(str(one["input"].item())))  # fmt: skip
-            axes.axhline(0.0, c="grey", lw=0.6)
+            axes.axhline(0.0, c=palette.GREY, lw=0.6)
             axes.set_title(f"{title_of(name)}: {told}", fontsize=9, parse_math=False)
     for axes in grid[-1]:
         axes.set_xlabel(label, parse_math=False)

@@ -15,6 +15,7 @@ from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.whirl import section
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import (
     axis_of,
     in_defaults,
@@ -26,7 +27,7 @@ from hpcwhirl.report.canvas import (
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results
 
-LIGHT, DARK = "#9ecae1", "#08306b"
+LIGHT, DARK = palette.SKY, palette.DEEP
 MOST_POINTS = 20_000
 TURNED = np.radians(15.0)  # turn of the path at a sample above which the path is coarse
 DECADES = 6  # decades of the axis of energies
@@ -141,8 +142,12 @@ def draw_orbit(
     if 0.05 * gap < np.abs(shown).max(initial=0.0):
         turn = np.linspace(0, 2 * np.pi, 200)
         circle = factor * gap * np.array([np.cos(turn), np.sin(turn)])
-        (round_it,) = axes.plot(*circle, "k--", lw=0.8, zorder=3, label="gap")
-        round_it.set_path_effects([withStroke(linewidth=2.4, foreground="white")])
+        (round_it,) = axes.plot(
+            *circle, "--", c=palette.INK, lw=0.8, zorder=3, label="gap"
+        )
+        round_it.set_path_effects(
+            [withStroke(linewidth=2.4, foreground=palette.GROUND)]
+        )
     axes.set_aspect("equal", "datalim")
 
 
@@ -165,7 +170,12 @@ def draw_contributions(cases: Results, case: int) -> Any:
     _curves(second, traces["time"], amplitude["2F"])
     second.set(title="2F", xlabel=axis_of("time"))
     step = max(1, len(traces["time"]) // MOST_POINTS)
-    hub.plot(traces["time"][::step], amplitude["suspension"][::step, 1], c="C1", lw=0.7)
+    hub.plot(
+        traces["time"][::step],
+        amplitude["suspension"][::step, 1],
+        c=palette.PURPLE,
+        lw=0.7,
+    )
     hub.set(title="suspension (k = 1)", xlabel=axis_of("time"))
     top = np.nanmax(amplitude["1F"], initial=0.0)
     log.set_ylim(max(1e-6 * top, 1e-300), 2 * top or 1.0)
@@ -183,10 +193,11 @@ def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
     time, amplitude : (n,), s; (n, diameters), m sqrt(kg)
     """
     step = max(1, len(time) // MOST_POINTS)
-    colours = colormaps["viridis"](np.linspace(0, 0.9, amplitude.shape[1]))
+    colours = colormaps[palette.SEQUENTIAL](np.linspace(0, 0.9, amplitude.shape[1]))
     for k in reversed(range(amplitude.shape[1])):
-        colour = {0: "#D55E00", 1: "#0072B2"}.get(k, colours[k])
-        axes.plot(time[::step], amplitude[::step, k], c=colour,
+        colour = {0: palette.ORANGE, 1: palette.BLUE}.get(k, colours[k])
+        look = palette.spaced(k, amplitude.shape[1]) | {"c": colour}
+        axes.plot(time[::step], amplitude[::step, k], **look,
                   lw=0.9 if k < 2 else 0.5, label=f"{k}")  # fmt: skip
 
 
@@ -235,17 +246,17 @@ def draw_ledger(cases: Results, case: int) -> Any:
         "lost in damping and impacts": traces["lost"][::step],
     }
     figure, axes = new_figure((10, 5))
-    for name, values in terms.items():
-        (line,) = axes.plot(time, np.where(values > 0.0, values, np.nan), lw=1.0,
-                            label=name)  # fmt: skip
+    for place, (name, values) in enumerate(terms.items()):
+        look = palette.spaced(place, len(terms)) | {"lw": 1.0}
+        axes.plot(time, np.where(values > 0.0, values, np.nan), **look, label=name)
         if (values < 0.0).any():
-            axes.plot(time, np.where(values < 0.0, -values, np.nan), "--", lw=1.0,
-                      c=line.get_color(), label=f"{name}, negative")  # fmt: skip
+            axes.plot(time, np.where(values < 0.0, -values, np.nan),
+                      **look | {"ls": "--"}, label=f"{name}, negative")  # fmt: skip
     top = max(float(np.abs(v).max(initial=0.0)) for v in terms.values())
     if top > 0.0:
         axes.set_yscale("log")
         axes.set_ylim(top / 10.0**DECADES, 2.0 * top)
-    axes.axvline(row["end_time"] - row["window"], c="grey", ls=":", lw=0.8)
+    axes.axvline(row["end_time"] - row["window"], c=palette.GREY, ls=":", lw=0.8)
     axes.set(
         xlabel=f"{axis_of('time')} (dotted: window of the words)", title=title_of(row)
     )
@@ -305,7 +316,7 @@ def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
             axes[2].plot(time, peak, lw=0.5, label=f"largest {name}")
         axes[2].set(ylabel="tips, mm (rotating)")
     for panel in axes:
-        panel.axvline(row["end_time"] - row["window"], c="grey", ls=":", lw=0.8)
+        panel.axvline(row["end_time"] - row["window"], c=palette.GREY, ls=":", lw=0.8)
         panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8,
                      frameon=False)  # fmt: skip
     axes[-1].set_xlabel(axis_of("time"))

@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib.ticker import LogLocator
 
 from hpcwhirl.errors import number_told
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import BOX, in_defaults, new_figure, save
 
 Facts = Mapping[str, Any]
@@ -157,13 +158,15 @@ def draw_tradeoff(facts: Facts, path: Path) -> Path:
     """
     rows = [r for r in facts["rows"] if r["runs"] and r["axis"] != "duration"]
     figure, axes = new_figure((9, 6))
-    for name in dict.fromkeys(row["axis"] for row in rows):
-        shape, size = ("*", 12) if name == "as given" else ("o", 5)
+    for place, name in enumerate(dict.fromkeys(row["axis"] for row in rows)):
+        look = palette.look_of(place) | {"ls": "", "ms": 5}
+        if name == "as given":
+            look |= {"marker": "*", "ms": 12}
         points = [_point(row) for row in rows if row["axis"] == name]
-        axes.plot(*zip(*points, strict=True), shape, ms=size, label=name)
+        axes.plot(*zip(*points, strict=True), **look, label=name)
     front = sorted((row for row in rows if row["front"]), key=lambda r: r["cost"])
     if front:
-        axes.step(*zip(*map(_point, front), strict=True), where="post", c="black",
+        axes.step(*zip(*map(_point, front), strict=True), where="post", c=palette.INK,
                   lw=0.8, label="front")  # fmt: skip
     for number, row in enumerate(front):
         axes.annotate(row["label"].split(" = ")[0], _point(row), fontsize=7,
@@ -171,7 +174,7 @@ def draw_tradeoff(facts: Facts, path: Path) -> Path:
                       textcoords="offset points", bbox=BOX, zorder=4)  # fmt: skip
     floors = [float(np.median(v)) for v in floor_row(facts).values() if v]
     if max(floors, default=0.0) > 0.0:
-        axes.axhline(max(floors), c="grey", ls=":", lw=1.0,
+        axes.axhline(max(floors), c=palette.GREY, ls=":", lw=1.0,
                      label="twins differ by (median)")  # fmt: skip
     axes.margins(x=0.2)
     axes.set(xscale="log", yscale="log",

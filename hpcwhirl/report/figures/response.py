@@ -10,13 +10,14 @@ import numpy as np
 from hpcwhirl.analysis.response import STATION, SUPPORT, Steady
 from hpcwhirl.analysis.response_study import Study
 from hpcwhirl.case.unbalance import force_of
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import BOX, axis_of, legend_below, new_figure
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.units import in_shown, shown_in
 
-LOOKS = {"centre": ("#0072B2", "-", 2.4), "tips": ("#009E73", "--", 1.2)}
+LOOKS = {"centre": (palette.BLUE, "-", 2.4), "tips": (palette.GREEN, "--", 1.2)}
 SHOWN = 1e-4  # least amplitude shown / largest
-FORCE, ROOM = "#CC79A7", "#D55E00"
+FORCE, ROOM = palette.PURPLE, palette.ORANGE
 TOLD = 3  # largest number of peaks whose amplification factor is written
 
 
@@ -42,8 +43,8 @@ def draw_response(found: Study) -> Any:
     force.set(xlabel=axis_of("speed"), ylabel=f"force on the\nsupports, {unit}")
     for axes in (size, lag, force):
         told = "operating speeds" if axes is size else None
-        axes.axvspan(*found.operating, fc="#EEEEEE", ec="#999999", lw=0.5, zorder=0,
-                     label=told)  # fmt: skip
+        axes.axvspan(*found.operating, fc=palette.FAINT, ec=palette.EDGE,
+                     lw=0.5, zorder=0, label=told)  # fmt: skip
         axes.set_xlim(0.0, speeds[-1])
     name = title_of(found.scene.engine.name, found.scene.engine.file)
     moment = f"{found.scene.unbalance:.4g} kg m"
@@ -75,7 +76,9 @@ def _amplitudes(axes: Any, found: Study, speeds: Any) -> None:
     for peak in highest:
         af = peak.amplification
         told = "" if af is None else f"\nAF {af:.3g}"
-        axes.plot(peak.speed, factor * peak.amplitude, "o", c="black", mfc="white")
+        axes.plot(
+            peak.speed, factor * peak.amplitude, "o", c=palette.INK, mfc=palette.GROUND
+        )
         axes.annotate(in_shown(peak.speed, "rad/s", 4) + told,
                       (peak.speed, factor * peak.amplitude), (8, 10), va="bottom",
                       textcoords="offset points", fontsize=8, bbox=BOX)  # fmt: skip

@@ -9,9 +9,10 @@ import numpy as np
 from hpcwhirl.analysis import rotation
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import Case
-from hpcwhirl.report.canvas import SEQUENTIAL, axis_of
+from hpcwhirl.report import palette
+from hpcwhirl.report.canvas import axis_of
 
-GROWS = "#D55E00"  # colour of a wave that grows, whatever its rate
+GROWS = palette.ORANGE  # colour of a wave that grows, whatever its rate
 PALEST = 0.85  # end of the colour map, beyond which a line fades on white
 WIDE, THIN = 4.0, 1.8  # points, width of a line where the wave grows, and where not
 LINES = "-", "--"  # of the forward and the backward wave
@@ -38,10 +39,10 @@ def draw_shaft_waves(axes: Any, case: Case, span: Floats) -> None:
         for way in (0, 1)
     ]
     top = float(np.abs(np.array(list(found["static"].values()))).max())
-    axes.plot(span, span / (2 * np.pi), c="#666666", lw=1.0, label="speed, 1 Ω")
+    axes.plot(span, span / (2 * np.pi), c=palette.QUIET, lw=1.0, label="speed, 1 Ω")
     _criticals(axes, case, float(span[-1]))
     for line, way in zip(LINES, ("forward", "backward"), strict=True):
-        axes.plot([], [], line, c="black", label=f"k = 1, {way}")
+        axes.plot([], [], line, c=palette.INK, label=f"k = 1, {way}")
     axes.plot([], [], c=GROWS, lw=WIDE, label="the wave grows")
     axes.set(xlim=(0.0, span[-1]), ylim=(0.0, 1.1 * top / (2 * np.pi)),
              xlabel=axis_of("speed"),
@@ -65,7 +66,7 @@ def _wave(
     way, least = look
     points = np.column_stack([span, omega / (2 * np.pi)])
     middle = (growth[:-1] + growth[1:]) / 2
-    part = ListedColormap(colormaps[SEQUENTIAL](np.linspace(0.0, PALEST, 256)))
+    part = ListedColormap(colormaps[palette.SEQUENTIAL](np.linspace(0.0, PALEST, 256)))
     shades = part.with_extremes(over=GROWS)
     dashed = "solid" if way == 0 else (0, (1.2, 0.6))
     lines = LineCollection(
@@ -89,5 +90,5 @@ def _criticals(axes: Any, case: Case, most: float) -> None:
         (damped, DAMPED, "critical speed, damped"),
     ):
         seen = np.array([speed for speed in speeds if speed <= most])
-        axes.plot(seen, seen / (2 * np.pi), marker, c="black", mfc="none", ms=8,
+        axes.plot(seen, seen / (2 * np.pi), marker, c=palette.INK, mfc="none", ms=8,
                   label=told)  # fmt: skip

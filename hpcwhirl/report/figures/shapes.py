@@ -11,6 +11,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import modal_model
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import legend_below, new_figure
 from hpcwhirl.scene import Rotor, Scene
 from hpcwhirl.structure import bladed_disk
@@ -21,7 +22,7 @@ MIN_BLADES = 3
 HUB = 10.0  # additional amplification of the centre
 AROUND, SWING = 1.22, 0.12  # drawn radius and amplitude of the casing, in tip radii
 ACROSS = 4  # panels in a row
-BLUE, ORANGE, PALE = "#08306b", "#D55E00", "#CCCCCC"
+BLUE, ORANGE, PALE = palette.DEEP, palette.ORANGE, palette.PALE
 
 
 def draw_shapes(
@@ -99,7 +100,7 @@ def _shape(axes: Any, rotor: Rotor, shape: Floats) -> None:
         axes.plot(rim.real, rim.imag, c=colour, lw=1.6)
         spokes = np.column_stack([np.full(len(root), centre), root])
         axes.plot(spokes.real.T, spokes.imag.T, c=colour, lw=0.5)
-    axes.plot(0, 0, "o", c="black", ms=9, mfc="none", label="centre at rest")
+    axes.plot(0, 0, "o", c=palette.INK, ms=9, mfc="none", label="centre at rest")
     placed = HUB * scale * hub
     axes.plot(placed.real, placed.imag, "o", c=ORANGE, ms=5, label="centre displaced")
 

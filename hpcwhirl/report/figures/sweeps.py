@@ -17,7 +17,8 @@ from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import rotor_by_diameter
-from hpcwhirl.report.canvas import SEQUENTIAL, axis_of, new_figure, title_of
+from hpcwhirl.report import palette
+from hpcwhirl.report.canvas import axis_of, new_figure, title_of
 from hpcwhirl.report.figures.frequencies import (
     COLOURS,
     POINTS,
@@ -37,7 +38,7 @@ from hpcwhirl.store.reading.results_file import Results
 
 STEADY_AFTER = 5.0  # revolutions left out of spectra, as in the paper's Figs. 6 and 7
 FEW_TURNS = 50  # revolutions, up to which dots are larger
-PLAIN = 10.0  # largest |work / losses| up to which the axis is linear
+PLAIN = 10.0  # largest |work / losses|, or |X_o| / gap, up to which an axis is linear
 DECADES = 4.0  # decades of amplitude shown below the largest one
 AT_REST = 1e-9  # mm, amplitude up to which a structure counts as at rest
 COLUMNS = 120  # largest number of spectra in a waterfall
@@ -58,13 +59,18 @@ def _mesh(
     """
     largest = float(np.nanmax(amplitude, initial=0.0))
     if largest <= least:
-        axes.text(0.5, 0.5, f"at rest (≤ {largest:.1g} mm)", color="white",
+        axes.text(0.5, 0.5, f"at rest (≤ {largest:.1g} mm)", color=palette.GROUND,
                   ha="center", transform=axes.transAxes)  # fmt: skip
         largest = 1.0
     norm = LogNorm(largest * 10.0**-DECADES, largest)
     shown = np.maximum(amplitude, largest * 10.0**-DECADES)
     return axes.pcolormesh(
-        cell_edges(speeds), edges, shown, norm=norm, cmap=SEQUENTIAL, rasterized=True
+        cell_edges(speeds),
+        edges,
+        shown,
+        norm=norm,
+        cmap=palette.SEQUENTIAL,
+        rasterized=True,
     )
 
 
@@ -137,7 +143,7 @@ def _interactions(axes: Any, case: Case, edges: Floats, top: float) -> None:
     edges, top : rad/s, edges of the cells along the speed; Hz, end of the axis
     """
     span = np.linspace(edges[0], edges[-1], POINTS)
-    engine_orders(axes, span, top, ("#ffffff", "#ffffff"))
+    engine_orders(axes, span, top, (palette.GROUND, palette.GROUND))
     spin = rotor_by_diameter(case.model).spin
     bands = {} if spin is not None and not spin.waves else bands_in_hz(case, span)
     for name, band in bands.items():
@@ -169,8 +175,8 @@ def draw_cascade(cases: Results, line: list[int], *, transient: bool = False) ->
         spectra.append((turned * omega[::turned], amplitude[::turned]))
     figure, axes = new_figure((8.5, 6))
     mesh = _mesh(axes, speeds, edges, 1e3 * whirl.cascade(spectra, edges))
-    axes.plot(speeds, np.abs(speeds), "w--", lw=0.8)
-    axes.axhline(0.0, c="w", lw=0.6)
+    axes.plot(speeds, np.abs(speeds), "--", c=palette.GROUND, lw=0.8)
+    axes.axhline(0.0, c=palette.GROUND, lw=0.6)
     axes.set(
         xlabel=axis_of("speed"),
         ylabel="ω, rad/s, static frame:\nbackward < 0 < forward",
@@ -204,13 +210,16 @@ def draw_bifurcation(
         upper.plot(at, 1e3 * points[:, 0], ".", **look)
         lower.plot(at, 1e3 * np.hypot(*points.T), ".", **look)
     gap = 1e3 * cases.rows[line[0]]["gap_scale"]  # also if the gap is 0
-    linear = 10.0 ** np.ceil(np.log10(gap))  # a power of ten: ticks fit
-    upper.set_yscale("symlog", linthresh=linear)
-    lower.axhline(gap, c="k", ls="--", lw=0.8)
+    label = "$X_o$, mm, static frame"
+    if max(map(abs, upper.dataLim.intervaly), default=0.0) > PLAIN * gap:
+        linear = 10.0 ** np.ceil(np.log10(gap))  # a power of ten: ticks fit
+        upper.set_yscale("symlog", linthresh=linear)
+        label += f"\n(linear within {linear:g} mm)"
+    upper.set_ylabel(label)
+    lower.axhline(gap, c=palette.INK, ls="--", lw=0.8)
     lower.set(yscale="log", xlabel=axis_of("speed"), ylabel="|Z|, mm (dashed: gap)")
     if lower.get_ylim()[0] < 1e-6 * gap:
         lower.set_ylim(bottom=1e-6 * gap)
-    upper.set_ylabel(f"$X_o$, mm, static frame\n(linear within {linear:g} mm)")
     upper.set_title(f"Once a revolution, {heading(cases, line)}")
     regime_legend(figure, cases, line)
     return figure
@@ -230,11 +239,12 @@ def draw_growth(cases: Results, line: list[int]) -> Any:
     speeds = np.array([row["speed"] for row in rows])
     figure, (upper, lower) = new_figure((10, 7), 2, sharex=True)
     for name, look, told in (
-        ("slow", "k-", "closed"),
-        ("sprung", "k:", "as worst springs"),
+        ("slow", "-", "closed"),
+        ("sprung", ":", "as worst springs"),
     ):
         label = f"linear, contacts {told}"
-        upper.plot(speeds, [r[name] for r in linear], look, lw=1, label=label)
+        upper.plot(speeds, [r[name] for r in linear], look, c=palette.INK, lw=1,
+                   label=label)  # fmt: skip
     for row in rows:
         shown = SHOWN[shown_word(row)]
         upper.plot(row["speed"], row["growth_rate"], "o", mfc=shown.colour,
@@ -243,7 +253,7 @@ def draw_growth(cases: Results, line: list[int]) -> Any:
     upper.set_ylabel(f"growth of ln amplitude, {unit}\n(dots: measured in the window)")
     below = f"linear: roots below {SLOW / 2 / np.pi:g} Hz"
     upper.set_title(f"Growth, {heading(cases, line)}; {below}")
-    upper.axhline(0.0, c="grey", lw=0.6)
+    upper.axhline(0.0, c=palette.GREY, lw=0.6)
     _feeding(lower, rows)
     regime_legend(figure, cases, line, upper, lower)
     return figure
@@ -272,7 +282,7 @@ def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
     ):
         share = [r[name] / r["late_lost"] for r in touching]
         axes.plot(speeds, share, marker, ms=5, mfc="none", label=label)
-    axes.axhline(1.0, c="grey", lw=0.6, ls="--")
+    axes.axhline(1.0, c=palette.GREY, lw=0.6, ls="--")
     if max(map(abs, axes.dataLim.intervaly), default=0.0) > PLAIN:
         axes.set_yscale("symlog", linthresh=1.0)
     axes.margins(y=0.1)
@@ -334,13 +344,17 @@ def draw_waterfall(cases: Results, case: int) -> Any:
         _waterfall(axes, name, resolved, spectra)
         for one in spells:
             ends = (one.begin, one.end) if name == "time" else (one.first, one.last)
-            axes.axvspan(*ends, 0.0, STRIP, fc=SHOWN[one.regime].colour, ec="k", lw=0.4)
+            axes.axvspan(
+                *ends, 0.0, STRIP, fc=SHOWN[one.regime].colour, ec=palette.INK, lw=0.4
+            )
     panels[0].set_ylabel("ω, rad/s, static frame: backward < 0 < forward")
     label = "radius of the line's circle, mm"
     figure.colorbar(panels[0].collections[0], ax=list(panels), label=label)
     figure.suptitle(title_of(row))
     regimes = dict.fromkeys(spell.regime for spell in spells)
-    patches = [Patch(fc=SHOWN[r].colour, ec="k", lw=0.4, label=r) for r in regimes]
+    patches = [
+        Patch(fc=SHOWN[r].colour, ec=palette.INK, lw=0.4, label=r) for r in regimes
+    ]
     figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
     return figure
 
@@ -381,8 +395,8 @@ def _waterfall(
         rasterized=True,
     )  # fmt: skip
     for sign in (1.0, -1.0):
-        axes.plot(at, sign * speeds[::-1][last], "w--", lw=0.8)
+        axes.plot(at, sign * speeds[::-1][last], "--", c=palette.GROUND, lw=0.8)
     sense = whirl.sense_of(case.scene.speed) if name == "speed" else 1.0
     for one in crossings(case):
-        axes.axvline(sense * one[name], c="w", ls=":", lw=0.9)
+        axes.axvline(sense * one[name], c=palette.GROUND, ls=":", lw=0.9)
     axes.set(xlabel=axis_of(name), ylim=(-most, most))

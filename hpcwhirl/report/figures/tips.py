@@ -20,8 +20,8 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.bodies.operators import rods_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.points import TipPoints
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import (
-    DIVERGING,
     axis_of,
     legend_below,
     new_figure,
@@ -68,7 +68,8 @@ def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
     top = float(found.impulse.max(initial=1e-12))
     places = {"blade": found.blade, "angle on the casing, °": np.degrees(found.angle)}
     for axes, (label, value) in zip(panels, places.items(), strict=True):
-        axes.scatter(found.time, value, s=3, c=found.impulse, lw=0, cmap="viridis_r",
+        axes.scatter(found.time, value, s=3, c=found.impulse, lw=0,
+                     cmap=f"{palette.SEQUENTIAL}_r",
                      norm=LogNorm(DECADES * top, top), rasterized=True)  # fmt: skip
         axes.set(ylabel=label)
     figure.axes[0].yaxis.set_major_locator(MaxNLocator(integer=True))
@@ -146,7 +147,7 @@ def _map(figure: Any, axes: Any, place: tuple[NDArray[Any], ...], push: Floats) 
     total, _, _ = np.histogram2d(x, y, bins=[of_x, of_y], weights=push)
     shown = np.ma.masked_less_equal(total.T, 0.0)
     norm = LogNorm(DECADES * float(total.max()), float(total.max()))
-    mesh = axes.pcolormesh(of_x, of_y, shown, cmap="viridis_r", norm=norm)
+    mesh = axes.pcolormesh(of_x, of_y, shown, cmap=f"{palette.SEQUENTIAL}_r", norm=norm)
     label = f"normal impulse, {TRACES['impulse'].unit}"
     figure.colorbar(mesh, ax=axes, label=label)
 
@@ -162,7 +163,7 @@ def draw_wear(cases: Results, case: int) -> Any:
         raise InputError("no rod of the layer was worn")
     edges = np.linspace(0.0, 360.0, depth.shape[1] + 1)
     figure, (final, over) = new_figure((9, 7), 2, sharex=True)
-    final.stairs(depth[-1], edges, fill=True, color="0.6")
+    final.stairs(depth[-1], edges, fill=True, color=palette.EDGE)
     final.set_ylabel("worn depth at the end, µm")
     final.set_title(
         f"Wear of the casing, strongest harmonic {lobes_of(depth[-1])}\n{title_of(row)}"
@@ -170,7 +171,7 @@ def draw_wear(cases: Results, case: int) -> Any:
     rows = slice(None, None, -(-len(depth) // MOST_ROWS))
     mesh = over.pcolormesh(
         0.5 * (edges[:-1] + edges[1:]), traces["time"][rows], depth[rows],
-        cmap="viridis_r", shading="nearest",
+        cmap=f"{palette.SEQUENTIAL}_r", shading="nearest",
     )  # fmt: skip
     figure.colorbar(mesh, ax=over, label="worn depth, µm")
     over.set(xlabel="angle on the casing, °", ylabel=axis_of("time"))
@@ -276,7 +277,7 @@ def _rows_over_time(
     rows, end = np.arange(values.shape[1] + 1) - 0.5, look["end"]
     shown = look["factor"] * extremes(values).T
     return axes.pcolormesh(
-        edges, rows, shown, cmap=DIVERGING, vmin=-end, vmax=end, rasterized=True
+        edges, rows, shown, cmap=palette.DIVERGING, vmin=-end, vmax=end, rasterized=True
     )
 
 
@@ -294,7 +295,7 @@ def _mark_gap(bar: Any, row: Mapping[str, Any], look: Mapping[str, Any]) -> None
     """
     gap = look["factor"] * row["gap"]
     if 0.0 < gap <= look["end"]:
-        bar.ax.axhline(gap, c="k", ls="--", lw=1.0)
+        bar.ax.axhline(gap, c=palette.INK, ls="--", lw=1.0)
         bar.set_label(f"{bar.ax.get_ylabel()} (dashed: gap)")
 
 

@@ -16,6 +16,7 @@ from matplotlib.collections import LineCollection
 from hpcwhirl.analysis.wheel_motion import Frames, frames_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import in_defaults, new_figure, title_of, value_of
 from hpcwhirl.scene import Scene
 from hpcwhirl.store.atomic import make_folders, replacing, telling
@@ -29,7 +30,9 @@ GAP_SHARE = 0.07  # of the wheel's radius that the gap takes, or less:
 LONGEST_SHARE = 0.22  # the largest displacement takes no more than this
 HUB = 0.16  # least radius of the drawn hub / that of the wheel
 FORCE = 0.26  # length of the line of the largest force / radius of the wheel
-BLADES, TOUCH, PATH, WALL = "#2F6DB3", "#C63D0F", "#6B7A1F", "0.35"
+BLADES, TOUCH, PATH, WALL = (
+    palette.BLUE, palette.TOUCH, palette.GREEN, palette.QUIET,
+)  # fmt: skip
 FORMATS = {".gif": animation.PillowWriter, ".mp4": animation.FFMpegWriter}
 
 
@@ -91,8 +94,8 @@ def _with_few_colours(path: Path) -> None:
 
     with Image.open(path) as film:
         frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(film)]
-    palette = frames[-1].quantize(COLOURS)
-    first, *others = (f.quantize(palette=palette, dither=0) for f in frames)
+    shades = frames[-1].quantize(COLOURS)
+    first, *others = (f.quantize(palette=shades, dither=0) for f in frames)
     first.save(path, save_all=True, append_images=others, loop=0, optimize=True,
                duration=1000 // RATE)  # fmt: skip
 
@@ -141,7 +144,7 @@ def _draw(axes: Any, frames: Frames, n: int, scale: float, scene: Scene) -> None
     rim = path[-1] + hub * np.exp(1j * theta)
     axes.plot(rim.real, rim.imag, c=BLADES, lw=1.1)
     axes.plot(path.real, path.imag, c=PATH, lw=0.7)
-    axes.plot(path[-1].real, path[-1].imag, "k.", ms=4)
+    axes.plot(path[-1].real, path[-1].imag, ".", c=palette.INK, ms=4)
     _touch(axes, blades[:, -1], frames.force[n], float(frames.force.max(initial=0.0)))
     axes.set(aspect="equal", xlim=(-1.35, 1.35), ylim=(-1.35, 1.35))
     axes.set_axis_off()

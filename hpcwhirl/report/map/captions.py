@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hpcwhirl.refinement.boundary import STATES
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import FIXED, legend_below, value_of
 from hpcwhirl.report.map.colours import GROWING, HATCHED, HATCHES, UNSURE, Colours
 from hpcwhirl.report.map.data import Picture
@@ -164,8 +165,8 @@ def _key(
     look = colours.looks[word]
     label = f"{look.letter}  " * lettered + f"{look.told}: {count}"
     if picture.scattered:
-        return Line2D([], [], ls="", marker=look.marker, mfc=look.colour, mec="black",
-                      mew=0.5, label=label)  # fmt: skip
+        return Line2D([], [], ls="", marker=look.marker, mfc=look.colour,
+                      mec=palette.INK, mew=0.5, label=label)  # fmt: skip
     hatch = colours.hatch(word)
     return Patch(fc=colours.fill(word), ec=HATCHED, lw=0.5, hatch=hatch and hatch[0],
                  label=label)  # fmt: skip
@@ -182,19 +183,26 @@ def _refined_keys(refined: Refined | None) -> list[Any]:
     keys: list[Any] = []
     if len(refined.lines) or (len(refined.over) == 1 and len(refined.panel)):
         label = f"boundary of {NAMED[refined.by]}, half way between cases"
-        keys.append(Line2D([], [], c="black", lw=1.0, label=label))
+        keys.append(Line2D([], [], c=palette.INK, lw=1.0, label=label))
     if cells.confirmed.any():
         label = f"confirmed cell: {int(cells.confirmed.sum())}"
-        keys.append(Patch(fc="none", ec="black", lw=0.5, label=label))
+        keys.append(Patch(fc="none", ec=palette.INK, lw=0.5, label=label))
     speckle = int((cells.state == STATES.index("speckle")).sum())
     if speckle:
         label = f"speckle: {speckle} cells"
-        keys.append(Patch(fc="#BBBBBB", ec="white", hatch="....", lw=0, label=label))
+        keys.append(
+            Patch(fc=palette.PALE, ec=palette.GROUND, hatch="....", lw=0, label=label)
+        )
     return keys
 
 
 def _whirl_keys(found: set[str]) -> list[Any]:
-    look: dict[str, Any] = {"c": "black", "ls": "", "mfc": "white", "ms": 4.5}
+    look: dict[str, Any] = {
+        "c": palette.INK,
+        "ls": "",
+        "mfc": palette.GROUND,
+        "ms": 4.5,
+    }
     return [
         Line2D([], [], marker=of.marker, label=word, **look)
         for word, of in WHIRLS.items()
@@ -205,7 +213,9 @@ def _whirl_keys(found: set[str]) -> list[Any]:
 def growing_key(count: int) -> Any:
     """Return the legend entry of cells in which a free motion grows; their number."""
     label = f"free motion grows without contact: {count}"
-    return Patch(fc="white", ec=GROWING[1], lw=0.5, hatch=GROWING[0], label=label)
+    return Patch(
+        fc=palette.GROUND, ec=GROWING[1], lw=0.5, hatch=GROWING[0], label=label
+    )
 
 
 def twin_keys(
@@ -224,7 +234,7 @@ def twin_keys(
     labels = {}
     if unsure.any():
         few = f"fewer than {float(data.attrs[SURE]):.0%} of twins agree"
-        labels[f"{few}: {int(unsure.sum())}"] = "white"
+        labels[f"{few}: {int(unsure.sum())}"] = palette.GROUND
     if picture.colours.name == "regime":
         pairs = zip(picture.colours.kind, picture.word, strict=True)
         for (most, own), count in sorted(Counter(pairs).items()):

@@ -16,7 +16,7 @@ from hpcwhirl.analysis.columns import numbers, source_of, unknown_variable
 from hpcwhirl.analysis.expression import parse
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.canvas import DIVERGING, SEQUENTIAL
+from hpcwhirl.report import palette
 from hpcwhirl.scene.units import shown_in, with_unit
 from hpcwhirl.scene.words import BAD, COUNTED, MOTIONS, SHOWN, WHIRLS, Look
 from hpcwhirl.store.reading.coded import Coded, combined
@@ -30,16 +30,18 @@ if TYPE_CHECKING:
 
 DECADES = 100.0  # ratio of largest to least number from which a scale is logarithmic
 KEPT = 1e-4  # least |number| on a signed logarithmic scale, relative to the largest
-INK = "#000000"
-HATCHED = "#8A8A8A"
+INK = palette.INK
+HATCHED = palette.GREY
 HATCHES = {"missing": "////", "failed": "xxx", "unstable": "+++", "overloaded": "..."}
-UNSURE = "\\\\\\\\", "#3A3A3A"  # hatch of cases whose word too few of their twins have
-GROWING = "//", "#B0005A"  # hatch of cases whose free motion grows without contact
-TINT = "#FFFFFF70"  # colour laid over cases with the hatch `UNSURE`
-ATTRACTORS = {  # shades of a regime's colour, for its attractors by number
-    "sustained": ("#F2DC3A", "#6B9E1F", "#C9A800", "#B6D97A", "#7A6A00", "#F7EFA0"),
-    "divergent": ("#C63D0F", "#8E1B4A", "#F08A5D", "#5E1208", "#E05A8A", "#A86A3D"),
-}
+UNSURE = (
+    "\\\\\\\\",
+    palette.DARK,
+)  # hatch of cases whose word too few of their twins have
+GROWING = (
+    "//",
+    palette.GROWING,
+)  # hatch of cases whose free motion grows without contact
+TINT = palette.TINT  # colour laid over cases with the hatch `UNSURE`
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class Colours:
 
     def fill(self, word: str) -> str:
         """Return the colour that fills cells with a word; white on a map of numbers."""
-        return self.looks[word].colour if self.number is None else "#FFFFFF"
+        return self.looks[word].colour if self.number is None else palette.GROUND
 
     def hatch(self, word: str) -> tuple[str, str] | None:
         """Return pattern and colour of the hatch of cells with a word; None: no hatch.
@@ -109,7 +111,7 @@ class Colours:
         """Return the name of a colour map; diverging for numbers of both signs."""
         known = self._known()
         signed = known.min(initial=0) < 0 < known.max(initial=0)
-        return DIVERGING if signed else SEQUENTIAL
+        return palette.DIVERGING if signed else palette.SEQUENTIAL
 
     def _known(self) -> Floats:
         number = self.number
@@ -193,7 +195,9 @@ def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
         number, _, regime = name.rpartition(" ")
         look = COUNTED[regime]
         if number:
-            colour = ATTRACTORS[regime][(int(number[1:]) - 1) % len(ATTRACTORS[regime])]
+            colour = palette.ATTRACTORS[regime][
+                (int(number[1:]) - 1) % len(palette.ATTRACTORS[regime])
+            ]
             look = replace(look, colour=colour, letter=number, told=name, line="")
         looks[name] = look
     return looks

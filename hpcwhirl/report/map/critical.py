@@ -15,6 +15,7 @@ from hpcwhirl.analysis.rotation import critical_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import BOX, eq13_of
 from hpcwhirl.report.map.axes import Axis, straight
 from hpcwhirl.report.map.data import Picture
@@ -158,7 +159,7 @@ def _piece(
     ends, order = ([at, at], [level.low, level.high]), row["order"]
     main = row["family"] == "1F"
     axes.plot(
-        *(ends if upright else ends[::-1]), scalex=False, scaley=False, c="black",
+        *(ends if upright else ends[::-1]), scalex=False, scaley=False, c=palette.INK,
         ls=("-" if main else "-.") if order == 1 else "--",
         lw=1.6 if order == 1 else 0.8,
         gid=f"n{order}" if main else f"n{order} {row['family']}",

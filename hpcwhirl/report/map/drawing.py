@@ -18,6 +18,7 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats
+from hpcwhirl.report import palette
 from hpcwhirl.report.map.axes import Axis, straight
 from hpcwhirl.report.map.colours import HATCHES, INK, Colours
 from hpcwhirl.report.map.data import Picture
@@ -130,7 +131,7 @@ def draw_grid(axes: Any, part: Part) -> Any:
 
     Returns Matplotlib's artist for a colour bar, None if words are shown
     """
-    line = {"edgecolors": "white", "linewidth": 0.8} if part.lettered else {}
+    line = {"edgecolors": palette.GROUND, "linewidth": 0.8} if part.lettered else {}
     drawn = draw_mesh(axes, part, grid_of(part), "words", **line)
     if part.lettered:
         _letters(axes, part)
@@ -276,8 +277,8 @@ def _letters(axes: Any, part: Part) -> None:
         for word, look in WHIRLS.items():
             own = marked & part.whirl.isin([word])
             if word != "none" and own.any():
-                axes.plot(x[own], y[own], look.marker, c="black", ms=4.5, mfc="white",
-                          mew=0.8, transform=axes.transData + shift,
+                axes.plot(x[own], y[own], look.marker, c=palette.INK, ms=4.5,
+                          mfc=palette.GROUND, mew=0.8, transform=axes.transData + shift,
                           gid=f"whirl {word}")  # fmt: skip
 
 
@@ -288,7 +289,7 @@ def _points(axes: Any, part: Part) -> Any:
     """
     x, y, kind = part.x.place[part.rows], part.y.place[part.rows], part.kind
     size = float(np.clip(COVER * np.prod(part.size) / max(len(x), 1), 3.0, 40.0))
-    look = {"s": size, "lw": 0.4 if size > 8 else 0.0, "edgecolors": "black",
+    look = {"s": size, "lw": 0.4 if size > 8 else 0.0, "edgecolors": palette.INK,
             "rasterized": len(x) > MOST_DRAWN}  # fmt: skip
     colours, own, drawn = part.colours, kind.isin([""]), None
     if own.any():

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import value_of
 from hpcwhirl.report.map.captions import panel_title, title_of
 from hpcwhirl.report.map.data import Picture, Wish
@@ -111,7 +112,7 @@ def _traces(sheet: Sheet, number: int, told: NDArray[np.str_]) -> list[Any]:
     picture, part = sheet.picture, sheet.part(number)
     colours, first = picture.colours, number == 0
     looks: dict[str, Any] = {"size": POINT, "opacity": float(picture.scattered),
-                             "line": {"width": 0.5, "color": "black"}}  # fmt: skip
+                             "line": {"width": 0.5, "color": palette.INK}}  # fmt: skip
     if colours.number is not None:
         looks = {"color": part.number, "colorscale": "Cividis", "symbol": "square",
                  "size": POINT, "showscale": first,

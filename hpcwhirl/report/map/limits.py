@@ -15,7 +15,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError
-from hpcwhirl.report import canvas
+from hpcwhirl.report import canvas, palette
 from hpcwhirl.report.map.captions import engine_of, shared
 from hpcwhirl.report.map.data import label_of
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from hpcwhirl.studies.margins import FirstChange
 
-INK, UNMET = "#1F4E79", "#8A8A8A"
+INK, UNMET = palette.BLUE, palette.GREY
 MOST_AXES = 2
 
 
@@ -66,7 +66,7 @@ def draw_limits(
         _bars(axes, data, varied[0], found, ends)
         axes.set_ylabel(f"limit of {label}", parse_math=False)
         if point is not None:
-            axes.axhline(1.0, color="black", lw=0.8, ls=":")
+            axes.axhline(1.0, color=palette.INK, lw=0.8, ls=":")
     else:
         _map(axes, data, varied, found, ends, label)
     names = [n for n in (*canvas.FIXED, "duration") if n not in {*varied, over}]
@@ -99,7 +99,7 @@ def _bars(
         ("safe", "last damped", "_", INK, ~none, low),
         ("open", "no change met", "^", UNMET, open_, low),
         ("none", "first case not damped", "v", UNMET, none, high),
-        ("again", "changes again above", "x", "black", again, high),
+        ("again", "changes again above", "x", palette.INK, again, high),
     ):
         if which.any():  # the legend has what occurs
             axes.plot(x[which], y[which], marker, c=colour, label=told, gid=gid)
@@ -133,12 +133,13 @@ def _map(
         values[j, i] = 0.0 if np.isnan(low) else low
         if np.isnan(low) or np.isnan(high):
             marks["v" if np.isnan(low) else "^"].append((i, j))
-    drawn = axes.imshow(values, origin="lower", aspect="auto", cmap=canvas.SEQUENTIAL)
+    drawn = axes.imshow(values, origin="lower", aspect="auto", cmap=palette.SEQUENTIAL)
     for mark, places in marks.items():
         if places:
             legend = {"^": "no change met", "v": "first case not damped"}
-            axes.plot(*zip(*places, strict=True), mark, c="white", mec="black", ls="",
-                      label=legend[mark], gid=legend[mark])  # fmt: skip
+            axes.plot(*zip(*places, strict=True), mark, c=palette.GROUND,
+                      mec=palette.INK, ls="", label=legend[mark],
+                      gid=legend[mark])  # fmt: skip
     if any(marks.values()):
         canvas.legend_below(axes.figure, axes)
     for axis, grid, (text, factor) in zip("xy", grids, told, strict=True):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hpcwhirl.errors import InputError
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import FIXED, legend_below, new_figure
 from hpcwhirl.report.map.captions import engine_of, shared
 from hpcwhirl.report.map.colours import looks_of_attractors
@@ -179,7 +180,7 @@ def _areas(
         below = below + count
         told = (count > 0) & (below < cases)
         away = np.abs(ends[told, 1:] - ends[told, :1]).T
-        axes.errorbar(x[told], ends[told, 0], away, fmt="none", ecolor="black",
+        axes.errorbar(x[told], ends[told, 0], away, fmt="none", ecolor=palette.INK,
                       elinewidth=0.8, capsize=1.5, gid=f"interval {word}")  # fmt: skip
     axes.set_xlabel(label, parse_math=False)
     room = ASIDE * (x[-1] - x[0])  # the intervals at both ends stand off the frame
@@ -193,7 +194,7 @@ def _bars(axes: Any, found: xarray.Dataset) -> None:
     ends = one["share_low"].to_numpy(), one["share_high"].to_numpy()
     away = np.abs(np.stack([share - ends[0], ends[1] - share]))
     axes.barh([look.told for look in looks], share, BARS, xerr=away, capsize=3,
-              color=[look.colour for look in looks], ecolor="black")  # fmt: skip
+              color=[look.colour for look in looks], ecolor=palette.INK)  # fmt: skip
     axes.invert_yaxis()
     axes.set(xlabel=SHARE_LABEL, xlim=(0.0, 1.02))
 

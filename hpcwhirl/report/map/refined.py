@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.refinement.boundary import STATES
+from hpcwhirl.report import palette
 from hpcwhirl.report.map.axes import Axis
 from hpcwhirl.report.map.colours import INK
 from hpcwhirl.report.map.data import Picture
@@ -23,7 +24,7 @@ from hpcwhirl.report.map.drawing import MOST_DRAWN, Mask, Part, hatch
 from hpcwhirl.store.results.cells import Refined
 
 LOOKS: dict[str, dict[str, Any]] = {
-    "speckle": {"hatch": "....", "linewidth": 0.0, "edgecolor": "#FFFFFF"},
+    "speckle": {"hatch": "....", "linewidth": 0.0, "edgecolor": palette.GROUND},
     "confirmed": {"linewidth": 0.3, "edgecolor": INK, "alpha": 0.45},
 }
 MOST_EDGED = 300  # number of cases up to which cells have white edges
@@ -55,7 +56,7 @@ def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
     polygons : corners of the parts, (k, 4, 2)
     """
     edged, drawn = len(part.x.index) <= MOST_EDGED, None
-    line: dict[str, Any] = {"edgecolors": "white" if edged else "face",
+    line: dict[str, Any] = {"edgecolors": palette.GROUND if edged else "face",
                             "linewidths": 0.6 if edged else 0.2,
                             "rasterized": not edged}  # fmt: skip
     colours, own = part.colours, part.kind.isin([""])

@@ -30,6 +30,7 @@ from hpcwhirl.analysis import rules
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.errors import InputError
 from hpcwhirl.refinement.boundary import STATES
+from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import FIXED, axis_of, value_of
 from hpcwhirl.report.page.motion import motions_of
 from hpcwhirl.report.page.tables import tables_of
@@ -124,6 +125,7 @@ def page_data(results: Results, animate: Sequence[int] = ()) -> PageData:
         "rules": rules.as_data(),
         "thresholds": _thresholds(results),
         "twins": str(find_credibility(results) or ""),
+        "series": palette.page_series(),
         "words": {n: ENUMS[n] for n in ENUMS if n in results} | {"word": [*SHOWN]},
         "factors": _factors([*table, *swept]),
         "looks": {n: asdict(look) for n, look in SHOWN.items()},
@@ -438,7 +440,7 @@ def page_of(content: PageData) -> str:
         "policy": _policy(scripts),
         "digest": content.facts["digest"],
         "title": html.escape(f"{content.facts['engine']}: hpcwhirl campaign"),
-        "style": _asset("assets/page.css"),
+        "style": palette.page_style() + _asset("assets/page.css"),
         "facts": _json(content.facts),
         "columns": base64.b64encode(content.columns).decode(),
         "motions": _json(content.motions),

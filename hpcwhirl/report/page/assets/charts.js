@@ -68,8 +68,8 @@ function orbitFigure(record, i, frame, whole) {
     marks: [
       ...circle,
       Plot.line(early, { ...spot, stroke: "var(--pale)", strokeWidth: 1 }),
-      Plot.line(late, { ...spot, stroke: "var(--line)", strokeWidth: 1 }),
-      Plot.dot(late.slice(-1), { ...spot, fill: "var(--line)", r: 3 }),
+      Plot.line(late, { ...spot, stroke: "var(--series-0)", strokeWidth: 1 }),
+      Plot.dot(late.slice(-1), { ...spot, fill: "var(--series-0)", r: 3 }),
     ],
   });
   const milliseconds = short(1e3 * record.step * Math.max(drawn.length - 1, 0));
@@ -93,7 +93,7 @@ function overTime(record, i, curves, { label, log }) {
     ...CHART,
     x: { label: told.labels.time, domain: [0, end || 1], ticks: 6 },
     y: log ? decades(label, d3.extent(rows.filter((r) => r.v > 0), (r) => r.v)) : { label, tickFormat: short, ticks: 5, grid: true },
-    color: { domain: names, range: ["var(--line)", "var(--second)", "var(--third)"].slice(0, names.length), legend: names.length > 1 },
+    color: { domain: names, range: ["var(--series-0)", "var(--second)", "var(--third)"].slice(0, names.length), legend: names.length > 1 },
     marks: [
       Plot.ruleX([start], { strokeDasharray: "2 3" }),
       Plot.line(log ? rows.filter((r) => r.v > 0) : rows, { x: "t", y: "v", stroke: "name", strokeWidth: 1.2 }),
@@ -125,8 +125,8 @@ function radiusFigure(record, i) {
     marks: [
       Plot.ruleX([end - valueOf("window", i)], { strokeDasharray: "2 3" }),
       ...(gap < 20 * factor * largest && (!log || gap > ends[0]) ? [Plot.ruleY([gap], { strokeDasharray: "4 3" })] : []),
-      Plot.areaY(rows, { x: "t", y1: "low", y2: "high", fill: "var(--line)", fillOpacity: 0.45, stroke: "none" }),
-      Plot.lineY(rows, { x: "t", y: "high", stroke: "var(--line)", strokeWidth: 1 }),
+      Plot.areaY(rows, { x: "t", y1: "low", y2: "high", fill: "var(--series-0)", fillOpacity: 0.45, stroke: "none" }),
+      Plot.lineY(rows, { x: "t", y: "high", stroke: "var(--series-0)", strokeWidth: 1 }),
     ],
   });
   return figureOf(
@@ -150,7 +150,7 @@ function spectrumFigure(record, i) {
     marks: [
       Plot.ruleX([0]),
       Plot.ruleX([speed], { strokeDasharray: "4 3" }),
-      Plot.line(rows, { x: "w", y: "v", stroke: "var(--line)", curve: "step", strokeWidth: 1.2 }),
+      Plot.line(rows, { x: "w", y: "v", stroke: "var(--series-0)", curve: "step", strokeWidth: 1.2 }),
     ],
   });
   const [width, turning] = [short((2 * record.reach) / count), columns.get("speed").unit];
@@ -188,7 +188,7 @@ function powerFigure(record, i) {
     ...CHART,
     x: { label: told.labels.time, domain: [0, end || 1], ticks: 6 },
     y: decades(told.labels.power, range),
-    color: { domain: names, range: ["var(--line)", "var(--second)", "var(--third)"], legend: true },
+    color: { domain: names, range: ["var(--series-0)", "var(--second)", "var(--third)"], legend: true },
     marks: [
       Plot.ruleX([end - valueOf("window", i)], { strokeDasharray: "2 3" }),
       Plot.line(rows(1), look),

@@ -23,7 +23,7 @@ function colouring(name, shown) {
   };
   return {
     fill,
-    ink: (i) => (d3.lab(fill(i)).l > 55 ? "#000" : "#fff"),
+    ink: (i) => (d3.lab(fill(i)).l > 55 ? "black" : "white"),
     legend: () => Plot.legend({ color: { ...scale, label: title }, width: 320, tickFormat: (v) => levelText(v, factor) }),
   };
 }
@@ -179,7 +179,7 @@ function hatchGrowing(plot) {
   if (!growing.length) return;
   const pattern = d3.select(plot).append("defs").append("pattern");
   pattern.attr("id", "growing").attr("patternUnits", "userSpaceOnUse").attr("width", 7).attr("height", 7);
-  pattern.append("path").attr("d", "M-1,8 8,-1").attr("stroke", "#b0005a").attr("stroke-width", 1.2);
+  pattern.append("path").attr("d", "M-1,8 8,-1").attr("stroke", "var(--growing)").attr("stroke-width", 1.2);
   for (const cell of growing) {
     const hatch = document.createElementNS(cell.namespaceURI, cell.tagName);
     for (const name of ["x", "y", "width", "height", "cx", "cy", "r"])

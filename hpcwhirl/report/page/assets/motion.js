@@ -80,7 +80,7 @@ function drawFrame(canvas, m, n, view) {
   const pen = canvas.getContext("2d");
   const size = canvas.width;
   const style = getComputedStyle(canvas);
-  const colour = (name) => style.getPropertyValue(name).trim() || "#888";
+  const colour = (name) => style.getPropertyValue(name).trim() || "currentColor";
   const radius = 0.36 * size;
   const scale = view.scale * radius;
   const turn = view.rotating ? 0 : m.angle[n];
@@ -102,19 +102,19 @@ function drawFrame(canvas, m, n, view) {
   for (let j = 0; j < m.blades; j += 1) {
     if (j === m.lost) continue;
     const blade = bladeOf(m, n, j, geometry);
-    pen.strokeStyle = colour(j ? "--line" : "--third");
+    pen.strokeStyle = colour(j ? "--series-0" : "--series-2");
     pen.lineWidth = size / 200;
     path(pen, blade);
     const force = m.force[n * m.blades + j];
-    if (force > 0) drawForce(pen, blade[8], Math.sqrt(force / most), size, colour("--second"));
+    if (force > 0) drawForce(pen, blade[8], Math.sqrt(force / most), size, colour("--touch"));
   }
   const [x, y] = centreAt(m, n, scale, turn);
   const hub = radius * Math.max(m.hub / m.radius, 0.16);
-  pen.strokeStyle = colour("--line");
+  pen.strokeStyle = colour("--series-0");
   pen.beginPath();
   pen.arc(x, -y, hub, 0, 2 * Math.PI);
   pen.stroke();
-  pen.strokeStyle = colour("--third");
+  pen.strokeStyle = colour("--series-2");
   pen.lineWidth = size / 400;
   path(pen, d3.range(Math.max(0, n - TRAIL), n + 1).map((k) => centreAt(m, k, scale, view.rotating ? 0 : m.angle[k])));
   pen.fillStyle = colour("--ink");

@@ -77,11 +77,11 @@ function refinedMarks(shown, x, y, facet, colour) {
   const marks = [
     Plot.rect(boxes, { ...of, ...ends, fill: (d) => colour.fill(d.i), shapeRendering: "crispEdges" }),
     Plot.text(speckleDots(boxes), {
-      ...of, x: "x", y: "y", text: () => "•", fontSize: boxes.length < MOST_LARGE ? 9 : 6, fill: "#fff",
-      stroke: "#0006", strokeWidth: 1, pointerEvents: "none",
+      ...of, x: "x", y: "y", text: () => "•", fontSize: boxes.length < MOST_LARGE ? 9 : 6, fill: "white",
+      stroke: "black", strokeOpacity: 0.4, strokeWidth: 1, pointerEvents: "none",
     }),
     Plot.link(boundaryLines(shown, x, y, colour.isWhirl ? "whirl" : "regime"), {
-      ...of, ...ends, stroke: "#000", strokeWidth: 1.2, pointerEvents: "none",
+      ...of, ...ends, stroke: "black", strokeWidth: 1.2, pointerEvents: "none",
     }),
   ];
   return { marks, cases: boxes.map((d) => d.i), boxes };
