@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from hpcwhirl.arrays import Complexes, Floats
 
 MOST_KEPT = 8  # number of cached windows, 32 bytes per sample each
+COLUMNS = 120  # largest number of spectra in a waterfall
+TURNS = 8.0  # revolutions at the mean speed that each spectrum of a waterfall covers
+FEWEST = 32  # least number of samples of a spectrum of a waterfall
 
 
 def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
@@ -114,6 +117,32 @@ def cascade(spectra: Sequence[tuple[Floats, Floats]], edges: Floats) -> Floats:
     (m, len(spectra)), a column for each spectrum, in the unit of the amplitudes
     """
     return np.column_stack([pooled(w, a, edges) for w, a in spectra])
+
+
+def spectra_over(
+    time: Floats, orbit: Complexes, turn: float, most: int = COLUMNS
+) -> tuple[Floats, Floats, Floats]:
+    """Return full spectra of an orbit for overlapping parts of its time.
+
+    Parameters
+    ----------
+    time : (n,), s, equally spaced
+    orbit : (n,), m, X + i Y, static frame
+    turn : s, duration of a revolution
+    most : largest number of spectra
+
+    Returns
+    -------
+    middles : (c,), s, middle of the part of `TURNS` revolutions of each spectrum
+    omega : (f,), rad/s, ascending
+    amplitude : (c, f), m
+    """
+    interval = float(time[1] - time[0])
+    size = min(max(round(TURNS * turn / interval), FEWEST), len(time))
+    first = np.unique(np.linspace(0, len(time) - size, most).astype(int))
+    parts = [full_spectrum(orbit[i : i + size], interval) for i in first]
+    middles = time[first] + 0.5 * (size - 1) * interval
+    return middles, parts[0][0], np.stack([amplitude for _, amplitude in parts])
 
 
 def after_revolutions(time: Floats, speed: float, revolutions: float) -> slice:

@@ -14,13 +14,14 @@ if TYPE_CHECKING:
 MISSING = "missing"  # status of a case that has not ended
 
 
-def gathered_so_far(folder: Path) -> None:
+def gathered_so_far(folder: Path, *, quiet: bool = False) -> None:
     """Gather results.h5 where it is missing, or lacks cases that have ended since.
 
     A line on stderr tells how many cases it has. Complete results, and those changed
     since they were gathered, as by `hpcwhirl classify`, are left alone.
 
     folder : directory of a campaign, or a results file, which is left alone
+    quiet : print no line
     """
     from hpcwhirl import __version__
     from hpcwhirl.analysis.regimes import threshold_facts
@@ -41,7 +42,7 @@ def gathered_so_far(folder: Path) -> None:
         if directory.results.exists():  # of another user: the older ones
             return
         raise
-    if statuses.get(MISSING):
+    if statuses.get(MISSING) and not quiet:
         cases = sum(statuses.values())
         say(f"{cases - statuses[MISSING]} of {cases} cases have ended so far")
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from hpcwhirl.analysis import whirl
 from hpcwhirl.analysis.over_speed import crossings, spells_of
@@ -41,9 +40,6 @@ FEW_TURNS = 50  # revolutions, up to which dots are larger
 PLAIN = 10.0  # largest |work / losses|, or |X_o| / gap, up to which an axis is linear
 DECADES = 4.0  # decades of amplitude shown below the largest one
 AT_REST = 1e-9  # mm, amplitude up to which a structure counts as at rest
-COLUMNS = 120  # largest number of spectra in a waterfall
-TURNS = 8.0  # revolutions at the mean speed that each spectrum of a waterfall covers
-FEWEST = 32  # least number of samples of a spectrum of a waterfall
 STRIP = 0.05  # height of the strip of words, over that of the axes
 
 
@@ -289,31 +285,6 @@ def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
     axes.set(xlabel=axis_of("speed"), ylabel="energy fed / lost in the window")
 
 
-def spectra_over(
-    time: Floats, orbit: NDArray[np.complex128], turn: float
-) -> tuple[Floats, Floats, Floats]:
-    """Return full spectra of an orbit for overlapping parts of its time.
-
-    Parameters
-    ----------
-    time : (n,), s, equally spaced
-    orbit : (n,), m, X + i Y, static frame
-    turn : s, duration of a revolution
-
-    Returns
-    -------
-    middles : (c,), s, middle of the part of `TURNS` revolutions of each spectrum
-    omega : (f,), rad/s, ascending
-    amplitude : (c, f), m
-    """
-    interval = float(time[1] - time[0])
-    size = min(max(round(TURNS * turn / interval), FEWEST), len(time))
-    first = np.unique(np.linspace(0, len(time) - size, COLUMNS).astype(int))
-    parts = [whirl.full_spectrum(orbit[i : i + size], interval) for i in first]
-    middles = time[first] + 0.5 * (size - 1) * interval
-    return middles, parts[0][0], np.stack([amplitude for _, amplitude in parts])
-
-
 def draw_waterfall(cases: Results, case: int) -> Any:
     """Return a waterfall: the centre's spectra over time and over a speed that changes.
 
@@ -329,13 +300,15 @@ def draw_waterfall(cases: Results, case: int) -> Any:
             "loses a blade later"
         )
     scene, time = resolved.scene, traces["time"]
-    if len(time) < 2 * FEWEST:
-        msg = f"a waterfall needs {2 * FEWEST} samples, got {len(time)}: lower interval"
-        raise InputError(msg)
+    if len(time) < 2 * whirl.FEWEST:
+        msg = f"a waterfall needs {2 * whirl.FEWEST} samples, got {len(time)}"
+        raise InputError(f"{msg}: lower interval")
     mean = float(np.abs(speed_at(scene, time)).mean())
     turn = 2 * np.pi / mean if mean > 0.0 else float(time[-1])
     sense = whirl.sense_of(scene.speed)  # forward above 0
-    spectra = spectra_over(time, traces["centre"] @ np.array([1.0, sense * 1j]), turn)
+    spectra = whirl.spectra_over(
+        time, traces["centre"] @ np.array([1.0, sense * 1j]), turn
+    )
     names = ["time"] if law_of(scene) is None else ["time", "speed"]
     figure, (panels,) = new_figure(
         (11 if names[1:] else 7, 5.6), 1, len(names), sharey=True, squeeze=False
@@ -379,7 +352,7 @@ def _waterfall(
 
     Of a speed that is passed repeatedly the last spectrum is drawn.
 
-    name, spectra : "time" or "speed"; result of `spectra_over`
+    name, spectra : "time" or "speed"; result of `whirl.spectra_over`
     """
     middles, omega, amplitude = spectra
     speeds = speed_at(case.scene, middles)

@@ -14,16 +14,13 @@ import hashlib
 import html
 import json
 import re
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
-from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis import rules
@@ -32,12 +29,13 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import FIXED, axis_of, value_of
+from hpcwhirl.report.page.commands import commands_of, setting
 from hpcwhirl.report.page.motion import motions_of
+from hpcwhirl.report.page.run_ups import run_ups_of
 from hpcwhirl.report.page.tables import tables_of
 from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
 from hpcwhirl.safe_open import open_regular
-from hpcwhirl.scene import input_names, named_scene
-from hpcwhirl.scene.plain_data import SETS, flatten
+from hpcwhirl.scene import input_names
 from hpcwhirl.scene.quantities import (
     BLADES,
     CHAOS,
@@ -74,9 +72,6 @@ DERIVED = {  # {name: (expression, unit, meaning)}
     "orbit_over_gap": ("orbit_radius / gap", "1", "orbit radius / gap"),
     "fed_over_lost": ("late_fed / late_lost", "1", "energy fed / lost in the window"),
 }
-PROGRAM = "hpcwhirl run"  # with the default scene
-START = "table2"
-TRACES = "output.traces"
 
 
 @dataclass(frozen=True)
@@ -106,6 +101,7 @@ def page_data(results: Results, animate: Sequence[int] = ()) -> PageData:
     plan = results.plan
     table, data = _columns(results, slots)
     swept = [_swept(results, name) for name in plan.swept]
+    run_ups = run_ups_of(results)
     facts = {
         "engine": plan.engine,
         "cases": len(results),
@@ -113,7 +109,8 @@ def page_data(results: Results, animate: Sequence[int] = ()) -> PageData:
         "facts": {n: results.attrs[n] for n in FACTS if n in results.attrs},
         "digest": results.digest(),
         "inputs": _inputs(results),
-        "fixed": [value_of(n, results[n][0].item()) for n in _fixed(results)],
+        "fixed": [value_of(n, results[n][0].item()) for n in _fixed(results)
+                  if not (n == "speed" and run_ups)],
         "shown": _shown([*table, *swept]),
         "sure": float(results.attrs.get(SURE, 0.0)),
         "labels": {name: axis_of(name) for name in CHARTED},
@@ -131,9 +128,10 @@ def page_data(results: Results, animate: Sequence[int] = ()) -> PageData:
         "looks": {n: asdict(look) for n, look in SHOWN.items()},
         "whirls": {n: asdict(look) for n, look in WHIRLS.items()},
         "refined": _refined(results),
+        "runUps": run_ups,
         "tables": tables_of(results),
         "traces": asdict(sizes) | {"bytes": sizes.bytes, "kept": len(records)},
-        **_commands(results),
+        **commands_of(results),
     }  # fmt: skip
     return PageData(facts, data, records, motions_of(results, animate))
 
@@ -238,26 +236,6 @@ def _swept(results: Results, name: str) -> dict[str, Any]:
     }
 
 
-def _commands(results: Results) -> dict[str, Any]:
-    """Return what the page needs to tell the command that runs a single case.
-
-    Most commands are "program", options of the swept inputs, and "tail". "commands",
-    {case: command}, has those of other cases as a whole.
-    """
-    plan, swept = results.plan, frozenset(results.plan.swept)
-    shared = given_inputs(
-        {n: v for n, v in plan.base.items() if n not in swept}, frozenset()
-    )
-    tail = "".join(f" {setting(n, v)}" for n, v in shared.items())
-    told = {}
-    for case in range(len(results)):
-        given = results.settings(case)
-        own = given_inputs(given, swept)
-        if own.keys() != swept | shared.keys():
-            told[case] = " ".join([PROGRAM, *(setting(n, v) for n, v in own.items())])
-    return {"program": PROGRAM, "tail": tail, "commands": told}
-
-
 def _thresholds(results: Results) -> list[dict[str, Any]]:
     """Return the thresholds of the rules for words: a dict for each.
 
@@ -359,44 +337,10 @@ def _records(results: Results) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
     return sizes, records, slots
 
 
-@cache
-def _start() -> dict[str, Any]:
-    return dict(flatten(named_scene(START)))
-
-
-def setting(name: str, value: Any) -> str:
-    """Return the option ``--set name=value`` of an input, quoted for a shell."""
-    parts = value if isinstance(value, list) else [value]
-    texts = [tomli_w.dumps({"v": v}).partition(" = ")[2].strip() for v in parts]
-    text = f"[{', '.join(texts)}]" if isinstance(value, list) else texts[0]
-    return f"--set {shlex.quote(f'{name}={text}')}"
-
-
-def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, Any]:
-    """Return the inputs that a command must set to run a case, the swept ones first.
-
-    Inputs with their default are left out.
-
-    Parameters
-    ----------
-    given : {dotted name: value} of the case; names that are no inputs are skipped
-    swept : names of swept inputs, which are set even to their default
-    """
-    start = _start()
-    names = sorted((n for n in start if n in given), key=lambda n: n not in swept)
-    told = {n: given[n] for n in names if n in swept or given[n] != start[n]}
-    if TRACES not in swept and told.get(TRACES) == "summary":
-        del told[TRACES]  # keep traces, to look at the case
-    for cause, effects in SETS.items():
-        if told.get(cause):
-            for name in effects:
-                told.pop(name, None)
-    return told
-
-
 LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")
 SCRIPTS = ("expression", "condition", "data", "words", "axes", "story", "refined",
-           "map", "charts", "case", "motion", "table", "main")  # fmt: skip
+           "map", "charts", "run_ups", "case", "motion", "table", "address",
+           "main")  # fmt: skip
 DIGEST = re.compile(rb'<meta name="hpcwhirl-results" content="([0-9a-f]{64})">')
 HEAD_BYTES = 4096  # beginning of the page that contains the line with the digest
 
@@ -431,13 +375,44 @@ def is_stale(directory: Directory) -> bool:
         return not found or found[1].decode() != results.digest()
 
 
-def page_of(content: PageData) -> str:
-    """Return a campaign's page as HTML text, with styles, scripts and data."""
+def live_page(results: Results, version: int, text: str) -> str:
+    """Return a campaign's page that asks the server it comes from for its state.
+
+    version, text : number of the page; how far the campaign is
+    """
+    return page_of(page_data(results), (version, text))
+
+
+def waiting_page(version: int, text: str) -> str:
+    """Return a page for a campaign of which no case has ended, as `live_page`."""
+    script = _asset("assets/live.js")
+    style = palette.page_style() + _asset("assets/page.css")
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8"><meta http-equiv="'
+        f'Content-Security-Policy" content="{_policy([script], live=True)}">'
+        f"<title>hpcwhirl campaign</title><style>{style}</style></head><body>"
+        f"{_live_line(version, text)}<script>{script}</script></body></html>"
+    )
+
+
+def _live_line(version: int, text: str) -> str:
+    told = html.escape(text)
+    return f'<p id="live" role="status" data-version="{version}">{told}</p>'
+
+
+def page_of(content: PageData, live: tuple[int, str] | None = None) -> str:
+    """Return a campaign's page as HTML text, with styles, scripts and data.
+
+    live : number of a page that follows its campaign, and how far this is
+    """
     scripts = [_asset(name) for name in LIBRARIES]
     own = "\n".join(_asset(f"assets/{name}.js") for name in SCRIPTS)
     scripts.append(f'"use strict";\n(() => {{\n{own}\n}})();\n')
+    if live:
+        scripts.append(_asset("assets/live.js"))
     parts = {
-        "policy": _policy(scripts),
+        "policy": _policy(scripts, live=live is not None),
+        "live": _live_line(*live) if live else "",
         "digest": content.facts["digest"],
         "title": html.escape(f"{content.facts['engine']}: hpcwhirl campaign"),
         "style": palette.page_style() + _asset("assets/page.css"),
@@ -461,16 +436,18 @@ def _json(facts: Mapping[Any, Any]) -> str:
     return json.dumps(facts, allow_nan=False).replace("<", "\\u003c")
 
 
-def _policy(scripts: list[str]) -> str:
+def _policy(scripts: list[str], *, live: bool = False) -> str:
     """Return the page's content security policy.
 
-    It allows these scripts, by their digests, and inline styles, but no network.
+    It allows these scripts, by their digests, and inline styles, but no network, or
+    that of the server the page comes from.
 
-    scripts : texts of the scripts
+    scripts, live : texts of the scripts; whether the page follows its campaign
     """
     hashes = (hashlib.sha256(text.encode()).digest() for text in scripts)
     allowed = " ".join(f"'sha256-{base64.b64encode(h).decode()}'" for h in hashes)
+    network = "connect-src 'self'; " if live else ""
     return (
         f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; "
-        "img-src data:; base-uri 'none'; form-action 'none'"
+        f"{network}img-src data:; base-uri 'none'; form-action 'none'"
     )

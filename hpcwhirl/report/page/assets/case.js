@@ -13,6 +13,7 @@ function inputsOf(i) {
     const { unit, value } = columns.get(name);
     const level = swept.find((s) => s.variable === name)?.value ?? value;
     const [shown, factor] = unitShown(unit);
+    if (name === "speed" && runUpOf(i)) return `speed ${rangeOf(runUpOf(i))} ${shown}`;
     return `${name.replaceAll("_", " ")} ${cut(levelText(level(i), factor), 60)}${UNITLESS.has(unit) ? "" : ` ${shown}`}`;
   });
 }
@@ -46,10 +47,11 @@ function showCase(place, i) {
   if (told.messages[i]) place.append(textElement("p", told.messages[i], "message"));
   const record = recordOf(i);
   if (record) place.append(figures(record, i), earlyBox(i));
-  else place.append(textElement("p", noTraces(i), "note"));
+  else if (runUpOf(i)) place.append(speedFigure(i));
+  if (!record) place.append(textElement("p", noTraces(i), "note"));
   const moving = motionBox(i);
   if (moving) place.append(moving);
-  place.append(commandBlock("Integrate it again", commandOf(i)), numbers(i));
+  place.append(...commandBlocks(i), numbers(i));
 }
 
 function noTraces(i) {
@@ -137,12 +139,12 @@ function nearest(i) {
 const early = { wanted: false }; // whether orbits show what came before the window
 
 function earlyBox(i) {
-  const label = textElement("label", " orbits with what came before the window of the words");
+  const label = textElement("label", " orbits with what came before the window of the words", "early");
   const box = document.createElement("input");
   Object.assign(box, { type: "checkbox", id: "early", checked: early.wanted });
   box.addEventListener("change", () => {
     early.wanted = box.checked;
-    choose(i);
+    choose(i, false);
     element("early").focus();
   });
   label.prepend(box);
@@ -152,15 +154,21 @@ function earlyBox(i) {
 function figures(record, i) {
   const block = document.createElement("div");
   block.className = "figures";
-  const orbits = ["static", "rotating"].map((frame) => orbitFigure(record, i, frame, early.wanted));
-  block.append(
-    ...orbits,
-    radiusFigure(record, i),
-    spectrumFigure(record, i),
-    energyFigure(record, i),
-    powerFigure(record, i),
-  );
+  const orbit = (frame) => orbitFigure(record, i, frame, early.wanted);
+  const drawn = runUpOf(i)
+    ? [speedFigure(i), waterfallFigure(i), orbit("static"), radiusFigure(record, i)]
+    : [orbit("static"), orbit("rotating"), radiusFigure(record, i), spectrumFigure(record, i)];
+  block.append(...drawn.filter(Boolean), energyFigure(record, i), powerFigure(record, i));
   return block;
+}
+
+// By the campaign's file, and all inputs by themselves where the file is not at hand.
+function commandBlocks(i) {
+  const [short_, whole] = [commandByFile(i), commandOf(i)];
+  if (!short_) return [commandBlock("Integrate it again", whole)];
+  const details = document.createElement("details");
+  details.append(textElement("summary", "without the campaign's file"), commandBlock("All inputs", whole));
+  return [commandBlock("Integrate it again", short_), details];
 }
 
 function commandBlock(title, command) {

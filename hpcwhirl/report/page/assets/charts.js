@@ -8,6 +8,7 @@ function lengthUnit(largest) {
   return LENGTHS.find(([factor]) => largest * factor >= 0.1) ?? LENGTHS.at(-1);
 }
 
+const STROKES = told.series.map(({ stroke }) => stroke);
 const POWER_DECADES = 1e-8; // smallest power drawn, over the largest
 const CHART = { width: 330, height: 200, marginLeft: 52, marginBottom: 36, marginTop: 24, marginRight: 12 };
 
@@ -35,6 +36,92 @@ function figureOf(title, plot, caption) {
   return figure;
 }
 
+// A label of an axis, which ends with its SI unit, in the unit shown.
+const labelShown = (label, si) => `${label.slice(0, label.lastIndexOf(","))}, ${unitShown(si)[0]}`;
+
+const ZOOMS = [["+", "zoom in", 0.5], ["−", "zoom out", 2], ["whole", "show all", Infinity]];
+
+// A chart drawn anew for the part that is dragged over; `draw` takes {x, y} of that
+// part, or {} for all, and returns the plot. `both`: along y, too.
+function zoomable(title, caption, draw, both) {
+  let plot = draw({});
+  const figure = figureOf(title, plot, caption);
+  const ends = () => ({ x: plot.scale("x").domain, ...(both && { y: plot.scale("y").domain }) });
+  const whole = ends();
+  const bar = document.createElement("span");
+  bar.className = "zoom";
+  const show = (view) => {
+    const next = draw(view);
+    for (const name of ["role", "aria-label"]) next.setAttribute(name, plot.getAttribute(name));
+    plot.replaceWith(next);
+    plot = next;
+    figure.dataset.zoom = short((whole.x[1] - whole.x[0]) / (ends().x[1] - ends().x[0]));
+    listen(plot, both, show);
+  };
+  for (const [text, meaning, times] of ZOOMS) {
+    const button = textElement("button", text);
+    button.type = "button";
+    button.setAttribute("aria-label", `${meaning}: ${title}`);
+    button.addEventListener("click", () => {
+      const [from, view] = [ends(), {}];
+      for (const axis of Object.keys(whole)) view[axis] = around(from[axis], times, whole[axis]);
+      show(view.x[0] === whole.x[0] && view.x[1] === whole.x[1] ? {} : view);
+    });
+    bar.append(button);
+  }
+  figure.firstChild.after(bar);
+  listen(plot, both, show);
+  return figure;
+}
+
+// An interval `times` as long about the same middle, within another.
+function around([low, high], times, [least, most]) {
+  const half = Math.min((times * (high - low)) / 2, (most - least) / 2);
+  const middle = Math.min(Math.max((low + high) / 2, least + half), most - half);
+  return [middle - half, middle + half];
+}
+
+const LEAST_DRAG = 6; // pixels
+
+function listen(plot, both, show) {
+  const svg = plot.tagName === "svg" ? plot : plot.querySelector("svg:last-of-type");
+  const [x, y] = [plot.scale("x"), plot.scale("y")];
+  const inside = ([px, py]) => [[px, x], [py, y]].map(([p, { range }]) => Math.min(Math.max(p, Math.min(...range)), Math.max(...range)));
+  let [from, box] = [null, null];
+  svg.addEventListener("pointerdown", (event) => {
+    if (event.pointerType === "touch" || event.button) return;
+    from = inside(d3.pointer(event, svg));
+    box = d3.select(svg).append("rect").attr("class", "dragged");
+    addEventListener("pointerup", finish, { once: true });
+  }, true); // before the tip, which keeps the event to itself
+  svg.addEventListener("pointermove", (event) => {
+    if (!from) return;
+    const to = inside(d3.pointer(event, svg));
+    const [ys, ye] = both ? [from[1], to[1]] : y.range;
+    box.attr("x", Math.min(from[0], to[0])).attr("y", Math.min(ys, ye))
+      .attr("width", Math.abs(to[0] - from[0])).attr("height", Math.abs(ye - ys));
+  });
+  const finish = (event) => {
+    const [a, b] = [from, inside(d3.pointer(event, svg))];
+    box.remove();
+    from = null;
+    if (Math.abs(a[0] - b[0]) < LEAST_DRAG) return;
+    const ordered = (...ends) => ends.sort((p, q) => p - q);
+    const across = ordered(x.invert(a[0]), x.invert(b[0]));
+    if (!both) {
+      show({ x: across });
+      return;
+    }
+    const half = Math.max(across[1] - across[0], Math.abs(y.invert(a[1]) - y.invert(b[1]))) / 2;
+    const middle = (p, q) => (p + q) / 2;
+    const [mx, my] = [middle(...across), middle(y.invert(a[1]), y.invert(b[1]))];
+    show({ x: [mx - half, mx + half], y: [my - half, my + half] }); // circles stay round
+  };
+  svg.addEventListener("dblclick", () => show({}));
+}
+
+const TIP = { fill: "var(--raised)", stroke: "var(--edge)", fontSize: 12 };
+
 function heading(kind, text) {
   const element = document.createElement(kind);
   element.textContent = text;
@@ -57,27 +144,36 @@ function orbitFigure(record, i, frame, whole) {
   const circle = withGap
     ? [Plot.line(turn, {
         x: (a) => factor * gap * Math.cos(a), y: (a) => factor * gap * Math.sin(a),
-        strokeDasharray: "4 3", stroke: "currentColor",
+        strokeDasharray: "4 3", stroke: "currentColor", clip: true,
       })]
     : [];
   const [across, up] = frame === "static" ? ["X", "Y"] : ["x", "y"];
-  const scale = (label) => ({ domain: [-side, side], label: `${label}, ${unit}`, ticks: 5 });
-  const plot = Plot.plot({
+  const scale = (label) => ({ label: `${label}, ${unit}`, ticks: 5 });
+  const end = 1e3 * valueOf("end_time", i);
+  const tip = (p, j) => [
+    `${across} = ${short(factor * p[x])}, ${up} = ${short(factor * p[y])} ${unit}`,
+    `|Z| = ${short(factor * Math.hypot(p.x, p.y))} ${unit}`,
+    `t = ${(end - 1e3 * record.step * (late.length - 1 - j)).toFixed(2)} ms`,
+  ].join("\n");
+  const draw = (view) => Plot.plot({
     width: 300, height: 300, marginLeft: 46, marginBottom: 40, marginRight: 10, marginTop: 20,
-    x: scale(across), y: scale(up),
+    x: { ...scale(across), domain: view.x ?? [-side, side] },
+    y: { ...scale(up), domain: view.y ?? [-side, side] },
     marks: [
       ...circle,
-      Plot.line(early, { ...spot, stroke: "var(--pale)", strokeWidth: 1 }),
-      Plot.line(late, { ...spot, stroke: "var(--series-0)", strokeWidth: 1 }),
-      Plot.dot(late.slice(-1), { ...spot, fill: "var(--series-0)", r: 3 }),
+      Plot.line(early, { ...spot, stroke: "var(--pale)", strokeWidth: 1, clip: true }),
+      Plot.line(late, { ...spot, stroke: "var(--series-0)", strokeWidth: 1, clip: true }),
+      Plot.dot(late.slice(-1), { ...spot, fill: "var(--series-0)", r: 3, clip: true }),
+      Plot.tip(late, Plot.pointer({ ...spot, title: tip, ...TIP })),
     ],
   });
   const milliseconds = short(1e3 * record.step * Math.max(drawn.length - 1, 0));
   const circled = withGap ? "dashed: the gap" : `the gap, ${short(factor * gap)} ${unit}, lies outside`;
-  return figureOf(
-    `Orbit, ${frame} frame`, plot,
+  return zoomable(
+    `Orbit, ${frame} frame`,
     `last ${milliseconds} ms, ${drawn.length} places ${short(1e3 * record.step)} ms apart; ` +
       `dot: the end; ${circled}`,
+    draw, true,
   );
 }
 
@@ -93,7 +189,7 @@ function overTime(record, i, curves, { label, log }) {
     ...CHART,
     x: { label: told.labels.time, domain: [0, end || 1], ticks: 6 },
     y: log ? decades(label, d3.extent(rows.filter((r) => r.v > 0), (r) => r.v)) : { label, tickFormat: short, ticks: 5, grid: true },
-    color: { domain: names, range: ["var(--series-0)", "var(--second)", "var(--third)"].slice(0, names.length), legend: names.length > 1 },
+    color: { domain: names, range: STROKES.slice(0, names.length), legend: names.length > 1 },
     marks: [
       Plot.ruleX([start], { strokeDasharray: "2 3" }),
       Plot.line(log ? rows.filter((r) => r.v > 0) : rows, { x: "t", y: "v", stroke: "name", strokeWidth: 1.2 }),
@@ -138,25 +234,33 @@ function radiusFigure(record, i) {
 function spectrumFigure(record, i) {
   const count = record.lines.length;
   const [factor, unit] = lengthUnit(d3.max(record.lines) ?? 0);
-  const speed = valueOf("speed", i);
+  const [turning, scaled] = unitShown(columns.get("speed").unit);
+  const [speed, reach] = [scaled * valueOf("speed", i), scaled * record.reach];
   const rows = Array.from(record.lines, (v, j) => ({
-    w: ((j + 0.5) / count) * 2 * record.reach - record.reach, v: factor * v,
+    w: ((j + 0.5) / count) * 2 * reach - reach, v: factor * v,
   })).filter((r) => r.v > 0);
   const top = d3.max(rows, (r) => r.v) ?? 1;
-  const plot = Plot.plot({
+  const orders = speed ? (r) => ` = ${(r.w / speed).toFixed(2)} Ω` : () => "";
+  const tip = (r) => `${short(r.w)} ${turning}${orders(r)}\n${short(r.v)} ${unit}`;
+  const draw = (view) => Plot.plot({
     ...CHART,
-    x: { label: `${told.labels.line_frequency}; right of 0 anticlockwise`, domain: [-record.reach || -1, record.reach || 1], ticks: 6 },
+    x: {
+      label: `${labelShown(told.labels.line_frequency, columns.get("speed").unit)}; right of 0 anticlockwise`,
+      domain: view.x ?? [-reach || -1, reach || 1], ticks: 5,
+    },
     y: { ...decades(`line of Z, ${unit}`, [1e-4 * top, 2 * top]), clamp: true },
     marks: [
-      Plot.ruleX([0]),
-      Plot.ruleX([speed], { strokeDasharray: "4 3" }),
-      Plot.line(rows, { x: "w", y: "v", stroke: "var(--series-0)", curve: "step", strokeWidth: 1.2 }),
+      Plot.ruleX([0], { clip: true }),
+      Plot.ruleX([speed], { strokeDasharray: "4 3", clip: true }),
+      Plot.line(rows, { x: "w", y: "v", stroke: "var(--series-0)", curve: "step", strokeWidth: 1.2, clip: true }),
+      Plot.tip(rows, Plot.pointerX({ x: "w", y: "v", title: tip, ...TIP })),
     ],
   });
-  const [width, turning] = [short((2 * record.reach) / count), columns.get("speed").unit];
-  return figureOf(
-    "Spectrum, static frame", plot,
+  const width = short((2 * reach) / count);
+  return zoomable(
+    "Spectrum, static frame",
     `window of the words; largest line of each ${width} ${turning}; dashed: Ω = ${short(speed)} ${turning}`,
+    draw, false,
   );
 }
 
@@ -167,6 +271,15 @@ function energyFigure(record, i) {
   });
   return figureOf("Energy of both bodies", plot, `mean of each of ${count} pieces of the run`);
 }
+
+// Some sixteen points of each curve, at places that the others leave free.
+const spacedRows = (rows, names) => {
+  const times = [...new Set(rows.map((r) => r.t))].sort((a, b) => a - b);
+  const every = Math.max(names.length, Math.ceil(times.length / 16));
+  const place = new Map(times.map((t, j) => [t, j % every]));
+  const own = new Map(names.map((name, n) => [name, Math.floor((n * every) / names.length)]));
+  return rows.filter((r) => place.get(r.t) === own.get(r.name) && Number.isFinite(r.v));
+};
 
 // Powers span decades; negative ones are dashed.
 function powerFigure(record, i) {
@@ -188,11 +301,13 @@ function powerFigure(record, i) {
     ...CHART,
     x: { label: told.labels.time, domain: [0, end || 1], ticks: 6 },
     y: decades(told.labels.power, range),
-    color: { domain: names, range: ["var(--series-0)", "var(--second)", "var(--third)"], legend: true },
+    color: { domain: names, range: STROKES },
+    symbol: { domain: names, range: ["circle", "square", "triangle"], legend: true },
     marks: [
       Plot.ruleX([end - valueOf("window", i)], { strokeDasharray: "2 3" }),
       Plot.line(rows(1), look),
       Plot.line(rows(-1), { ...look, strokeDasharray: "3 2" }),
+      Plot.dot(spacedRows([...rows(1), ...rows(-1)], names), { ...look, symbol: "name", fill: "var(--ground)", r: 3 }),
     ],
   });
   return figureOf(

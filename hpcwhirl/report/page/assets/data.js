@@ -62,6 +62,12 @@ function commandOf(i) {
   return `${own} --out case-${i}.h5 --plot case-${i}`;
 }
 
+// The same by the campaign's file; "" if the file does not give the case.
+function commandByFile(i) {
+  if (!told.file || told.commands[i]) return "";
+  return `${told.file}${swept.map((s) => ` ${s.set[s.level(i)]}`).join("")} --out case-${i}.h5 --plot case-${i}`;
+}
+
 // A record: scale of the places (m), angle of the rotating frame at the first (rad),
 // step (s), end of the spectrum (rad/s), scales of the curves; then places and curves,
 // see thin.py.

@@ -1,8 +1,10 @@
 // The page: what is chosen, and everything that follows from it.
 
 const choice = { ...firstChoice(), colour: "regime" };
+const firstAxes = { ...choice };
 const at = Object.fromEntries(axes.map((axis) => [axis.name, 0]));
-const state = { chosen: 0, page: 0, list: "all", matches: () => true, drawn: null, shown: [] };
+const state = { chosen: 0, page: 0, list: "all", matches: () => true, drawn: null, shown: [],
+  sort: { by: "", down: false } };
 
 const mapPlace = element("map");
 
@@ -29,6 +31,7 @@ function drawChoosers() {
       if (other !== key && value && choice[other] === value) choice[other] = ["x", "y"].includes(other) ? before || firstFree() : "";
     choice[key] = value;
     drawAll();
+    setAddress();
   };
   const colours = [["regime", "regime"], ["whirl", "whirl"], ...numbersToColour.map((c) => [c.name, withUnitShown(c.name, c.unit)])];
   element("choosers").replaceChildren(
@@ -175,6 +178,7 @@ function applyFilter() {
   state.page = 0;
   fade();
   drawList();
+  setAddress();
 }
 
 function fade() {
@@ -192,8 +196,9 @@ function mark() {
   }
 }
 
-function choose(i) {
+function choose(i, isStep = true) {
   state.chosen = i;
+  setAddress(isStep);
   mark();
   showCase(element("case-body"), i);
   element("spoken").textContent = `${caseTitle(i)}: ${wordsOf(i)}`;
@@ -279,6 +284,7 @@ function drawList() {
       state.list = name;
       state.page = 0;
       drawList();
+      setAddress();
     });
     return button;
   });
@@ -287,12 +293,19 @@ function drawList() {
   const csv = textElement("button", "Save these as CSV");
   csv.type = "button";
   csv.id = "csv";
-  csv.addEventListener("click", () => save("cases.csv", csvOf(list)));
+  csv.addEventListener("click", () => save("cases.csv", csvOf(sorted(list, state.sort))));
   element("list-buttons").replaceChildren(...counts.flatMap((b) => [b, " "]), csv);
   drawTable(element("list-body"), list, {
     page: state.page,
     chosen: state.chosen,
     choose,
+    order: state.sort,
+    sort: (order) => {
+      Object.assign(state, { sort: order, page: 0 });
+      drawList();
+      setAddress();
+      document.querySelector(`[data-sort="${CSS.escape(order.by)}"]`).focus();
+    },
     turn: (page) => {
       state.page = page;
       drawList();
@@ -457,8 +470,11 @@ function thinned() {
 nameAll();
 drawHead();
 drawLimits();
+const asked = followAddress();
 drawAll();
-choose(firstCase());
+state.chosen = asked ?? firstCase();
+applyFilter();
+choose(state.chosen, false);
 element("spoken").textContent = "";
 
 let width = innerWidth;

@@ -2,17 +2,43 @@
 
 const PAGE = 20;
 
-function drawTable(place, list, { page, chosen, choose, turn }) {
+// Columns of the list: how each is sorted, {key: (case) => number or text}.
+const SORTS = new Map([
+  ["case", (i) => i],
+  ...swept.map((s) => [s.variable, (i) => (s.numeric ? s.value(i) : levelText(s.value(i)))]),
+  ["words", wordsOf],
+  ["message", (i) => told.messages[i] ?? (words.own[i] === "undecided" ? nearest(i) : "")],
+]);
+
+function sorted(list, { by, down }) {
+  if (!by) return list;
+  const of = new Map(list.map((i) => [i, SORTS.get(by)(i)]));
+  const order = (a, b) => d3.ascending(of.get(a), of.get(b)) || a - b;
+  return [...list].sort(down ? (a, b) => order(b, a) : order);
+}
+
+function sortButton(key, name, { by, down }, sort) {
+  const cell = document.createElement("th");
+  cell.scope = "col";
+  const button = textElement("button", `${name}${by === key ? (down ? " ▼" : " ▲") : ""}`, "sort");
+  button.type = "button";
+  button.dataset.sort = key;
+  button.title = "sort by this";
+  if (by === key) cell.setAttribute("aria-sort", down ? "descending" : "ascending");
+  button.addEventListener("click", () => sort({ by: key, down: by === key && !down }));
+  cell.append(button);
+  return cell;
+}
+
+function drawTable(place, unsorted, { page, chosen, choose, turn, order, sort }) {
+  const list = sorted(unsorted, order);
   const pages = Math.max(Math.ceil(list.length / PAGE), 1);
   const at = Math.min(page, pages - 1);
   const table = document.createElement("table");
   table.createCaption().textContent = `${counted(list.length)}, page ${at + 1} of ${pages}`;
   const head = table.createTHead().insertRow();
-  for (const name of ["case", ...swept.map((s) => withUnitShown(s.variable, s.unit)), "words", "message, or what stands in the way"]) {
-    const cell = textElement("th", name);
-    cell.scope = "col";
-    head.append(cell);
-  }
+  const heads = ["case", ...swept.map((s) => withUnitShown(s.variable, s.unit)), "words", "message, or what stands in the way"];
+  [...SORTS.keys()].forEach((key, j) => head.append(sortButton(key, heads[j], order, sort)));
   const body = table.createTBody();
   for (const i of list.slice(at * PAGE, (at + 1) * PAGE)) body.append(tableRow(i, chosen, choose));
   const buttons = document.createElement("p");
@@ -37,8 +63,7 @@ function tableRow(i, chosen, choose) {
   const first = document.createElement("td");
   first.append(button);
   row.append(first, ...swept.map((s) => textElement("td", cut(levelText(s.value(i), unitShown(s.unit)[1]), 40))));
-  const note = told.messages[i] ?? (words.own[i] === "undecided" ? nearest(i) : "");
-  row.append(textElement("td", wordsOf(i)), textElement("td", note));
+  row.append(textElement("td", wordsOf(i)), textElement("td", SORTS.get("message")(i)));
   return row;
 }
 
