@@ -35,6 +35,7 @@ foresight   | 1 hour  | python scripts/evidence/foresight.py           | --write
 combinations | 10 min | python scripts/evidence/combinations.py       | --write
 releases    | minutes | scripts/releases.sh --march                    |
 lowest      | minutes | scripts/lowest.sh                              |
+packages    | minutes | scripts/packaging/check.sh                     |
 scale-cost  | 1 hour  | python scripts/evidence/scale_cost.py          | --write
 million     | minutes | python scripts/evidence/million.py             |
 END

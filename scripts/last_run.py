@@ -66,6 +66,7 @@ JUDGED = {
     "foresight": (*MOTIONS, "hpcwhirl/campaign/foresight"),
     "releases": ("hpcwhirl", "pyproject.toml"),
     "lowest": ("hpcwhirl", "pyproject.toml"),
+    "packages": ("hpcwhirl", "pyproject.toml", "scripts/packaging"),
     "scale-cost": ("hpcwhirl/campaign", "hpcwhirl/dynamics"),
     "million": STORES,
 }  # fmt: skip

@@ -1,6 +1,7 @@
 """Pages of the site made from the program name everything, and only what exists."""
 
 import re
+import shlex
 
 import pytest
 from docs import reference
@@ -50,3 +51,30 @@ def test_what_follows_a_name_in_a_docstring_is_its_meaning():
     assert with_meanings(text) == f"{want}\n\nReturns\n-------\nit"
     headed = "Do it.\n\nAttributes\n----------\na : first"
     assert with_meanings(headed).count("----------") == 1
+
+
+def test_every_picture_has_the_commands_that_draw_it():
+    from test_readme import LINKING, parser_of
+
+    top = reference.TOP
+    page = (top / "scripts/pictures.md").read_text("utf-8")
+    rows = [line for line in page.splitlines() if line.startswith("| [")]
+    told = {name for row in rows for name in re.findall(r"\]\(\.\./(\S+)\)", row)}
+    held = {f".pictures/{path.name}" for path in (top / ".pictures").glob("*.*")}
+    assert told == held
+    shown = {name for path in LINKING
+             for name in re.findall(r"\]\([./]*(\.pictures/[\w.-]+)\)",
+                                    path.read_text("utf-8"))}  # fmt: skip
+    assert shown == held
+    for row in rows:
+        commands = re.findall(r"`([^`]+)`", row)
+        assert commands, row
+        for words in map(shlex.split, commands):
+            if words[0] == "python":
+                assert (top / words[1]).is_file()
+                continue
+            at = words.index("hpcwhirl")
+            given = {word for word in words[at + 2 :] if word.startswith("--")}
+            assert given <= set(parser_of(words[at + 1])._option_string_actions)
+            for name in (w for w in words if w.startswith("jobs/")):
+                assert (top / name).is_file()
