@@ -2,24 +2,30 @@
 
     python scripts/cost/terms.py [--engine four_motions] [--repeats 9] [NAME ...]
 
-Each scene is integrated beyond its pulse; then the same steps of it and of its base are
-timed in turn, from the same states, by the time of the process. The least of the
-repetitions counts. Features are those of `TERMS`.
+Each scene is integrated beyond its pulse; then the same steps of it and of its base, in
+flight and as given, are timed in turn, from the same states, by the time of the
+process. The least of the repetitions counts. A step in contact takes the time in flight
+and what the steps as given take beyond it, divided by their share in contact. Features
+are those of `TERMS`, and three contact points a tip, of which no base has as many
+touching.
 """
 
 from __future__ import annotations
 
 import sys
+import tempfile
 import time
 import tomllib
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import parser_of, table
+from cost.sizes import with_points
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.contact import LAST, STEP, TOUCHED
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.scene.shaft_tables import text_of
@@ -61,10 +67,15 @@ TERMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "lost blade": (FULL, LOST),
     "run-up, mistuned": (UNEVEN, {"acceleration": 100.0}),
     "run-up": ({}, {"acceleration": 100.0}),
+    "layer": ({}, {"contact_law": "abradable"}),
+    "layer, rotation": (FULL, {"contact_law": "abradable"}),
+    "layer by Archard": ({}, {"contact_law": "archard"}),
+    "layer, mistuned": (UNEVEN, {"contact_law": "abradable"}),
 }
+POINTS = "three points"
 HEAD = (
-    "feature", "motion", "without, us", "with, us", "ratio", "in contact, without",
-    "in contact, with", "marched by",
+    "feature", "in flight, us", "ratio", "in contact, us", "ratio", "shares in contact",
+    "touching", "marched by",
 )  # fmt: skip
 
 
@@ -72,7 +83,7 @@ class Begun(NamedTuple):
     """A march beyond its pulse, and a copy of its state there."""
 
     march: March
-    state: list[Any]
+    state: Any
 
 
 def begun(scene: Scene) -> Begun:
@@ -80,7 +91,7 @@ def begun(scene: Scene) -> Begun:
     march = March(resolve(scene))
     march.warm()
     march.advance(round(BEGUN / march.scene.solver.time_step))
-    return Begun(march, [part.copy() for part in march.state])
+    return Begun(march, march.state._make(part.copy() for part in march.state))
 
 
 def timed(own: Begun) -> float:
@@ -91,26 +102,58 @@ def timed(own: Begun) -> float:
     return 1e6 * (time.process_time() - start) / STEPS
 
 
-def compared(base: Scene, feature: dict[str, Any], repeats: int) -> list[str]:
-    """Return the columns of the table for a feature: times, ratio, shares in contact.
+def touching(own: Begun) -> tuple[float, float]:
+    """Return the share of timed steps in contact, and the mean number that touch."""
+    own.march.put(own.state)
+    counter, counts = own.march.counter, []
+    for _ in range(STEPS):
+        own.march.advance(1)
+        if counter[LAST] == counter[STEP]:
+            counts.append(int((own.march.state.last == counter[STEP]).sum()))
+    share = float(counter[TOUCHED] - own.state.counter[TOUCHED]) / STEPS
+    return share, sum(counts) / max(len(counts), 1)
 
-    base, feature : scene without it; its inputs
+
+def compared(base: Scene, featured: Scene, repeats: int) -> list[str]:
+    """Return the columns of the table for a feature.
+
+    base, featured : scene without it; with it
     """
-    both = [begun(base), begun(apply_settings(base, feature))]
-    least = [min(times) for times in zip(*_rounds(both, repeats), strict=True)]
-    shares = [
-        own.march.counter[contact.TOUCHED] - own.state[-3][contact.TOUCHED]
-        for own in both
+    far = {"gap": 1e-2}
+    scenes = [apply_settings(one, far) for one in (base, featured)] + [base, featured]
+    every = [begun(scene) for scene in scenes]
+    least = [min(times) for times in zip(*_rounds(every, repeats), strict=True)]
+    flights, mixed = least[:2], least[2:]
+    shares, counts = zip(*map(touching, every[2:]), strict=True)
+    rubs = [
+        flight + (both - flight) / share if share else float("nan")
+        for flight, both, share in zip(flights, mixed, shares, strict=True)
     ]
-    kinds = [type(own.march.scheme).__name__ for own in both]
     return [
-        *(f"{one:.3f}" for one in least), f"{least[1] / least[0]:.2f}",
-        *(f"{share / STEPS:.2f}" for share in shares), kinds[1],
+        *_pair(flights), *_pair(rubs), " ".join(f"{share:.2f}" for share in shares),
+        " ".join(f"{count:.1f}" for count in counts),
+        type(every[3].march.scheme).__name__,
     ]  # fmt: skip
 
 
-def _rounds(both: list[Begun], repeats: int) -> list[list[float]]:
-    return [[timed(own) for own in both] for _ in range(repeats)]
+def _pair(times: Sequence[float]) -> list[str]:
+    return [f"{times[0]:.3f} {times[1]:.3f}", f"{times[1] / times[0]:.2f}"]
+
+
+def _rounds(every: list[Begun], repeats: int) -> list[list[float]]:
+    return [[timed(own) for own in every] for _ in range(repeats)]
+
+
+def scenes_of(engine: str, folder: Path) -> Iterator[tuple[str, Scene, Scene]]:
+    """Return each feature's name, and the scenes without it and with it.
+
+    folder : directory in which engines of several contact points a tip are written
+    """
+    plain = apply_settings(named_scene(engine), PLAIN)
+    for name, (more, feature) in TERMS.items():
+        base = apply_settings(plain, more)
+        yield name, base, apply_settings(base, feature)
+    yield POINTS, plain, with_points(folder, plain)
 
 
 def main() -> None:
@@ -120,13 +163,12 @@ def main() -> None:
     parser.add_argument("--engine", default="four_motions")
     parser.add_argument("--repeats", type=int, default=9)
     given = parser.parse_args()
-    rows = list[list[str]]()
-    for name, (base, feature) in TERMS.items():
-        if given.names and name not in given.names:
-            continue
-        for motion, more in (("flight", {"gap": 1e-2}), ("contact", {})):
-            scene = apply_settings(named_scene(given.engine), {**PLAIN, **base, **more})
-            rows.append([name, motion, *compared(scene, feature, given.repeats)])
+    with tempfile.TemporaryDirectory(prefix="hpcwhirl-terms-") as folder:
+        rows = [
+            [name, *compared(base, featured, given.repeats)]
+            for name, base, featured in scenes_of(given.engine, Path(folder))
+            if not given.names or name in given.names
+        ]
     print("\n".join(table(HEAD, rows)))
 
 

@@ -199,6 +199,22 @@ def delassus_row(j, w_rotor, compliance, index, shape, response, w):
         w[j, i] += read_ring(response, index, shape, i)
 
 
+@part
+def delassus_rows(size, w_rotor, compliance, index, shape, space):
+    """Compute the columns of the Delassus matrix for the tips space.where[:size].
+
+    Those that space.have tells are left; the arguments are those of `delassus_row` and
+    `complementarity`.
+    """
+    where, have = space.where, space.have
+    for s in range(size):
+        if have[where[s]] == 0:
+            delassus_row(
+                where[s], w_rotor, compliance, index, shape, space.response, space.w
+            )
+            have[where[s]] = 1
+
+
 @kernel
 def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space):
     """Compute the contact forces of a step: multipliers that prevent penetration.
@@ -222,10 +238,7 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     largest = begin(gaps, lam, active)
     for attempt in range(3 * len(gaps) + 200):
         size = gather(active, where)
-        for s in range(size):
-            if have[where[s]] == 0:
-                delassus_row(where[s], w_rotor, compliance, index, shape, response, w)
-                have[where[s]] = 1
+        delassus_rows(size, w_rotor, compliance, index, shape, space)
         wrong = improve(gaps, size, lam, opened, attempt, largest, space)
         if wrong == 0:
             return size

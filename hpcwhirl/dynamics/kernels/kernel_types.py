@@ -310,18 +310,25 @@ class LayerSpace(NamedTuple):
     Attributes
     ----------
     rod, left : (N,), first rod under each tip at the end and at the start of a step
-    sunk : (N,), m, depth s of tips below the unworn surface
+    high, sunk : (N,), m, worn depth of the least worn rod under each tip; depth s of
+        tips below the unworn surface
     give, shifted : (N,), m/N and m: 1 / (dP/ds), P(s) being the force on a tip; gaps of
         the linearised problem
-    w : (N, N), m/N, `w_rotor` of `layer.press` plus diag(give)
+    alike : (N,), m, range around `sunk` within which dP/ds is the same
+    w : (N, N), m/N, `w_rotor` of `layer.press_any` plus diag(give)
+    springs : (N, `layer.row_of_springs`) flat, m/N: W of the tips that press plus
+        diag(give), and the right side of their equations, m
     """
 
     rod: Integers
     left: Integers
+    high: Floats
     sunk: Floats
     give: Floats
     shifted: Floats
+    alike: Floats
     w: Floats
+    springs: Floats
 
 
 class Contact(NamedTuple):

@@ -6,7 +6,10 @@ with N beyond the limit L = limit + growth w wears it by soft (N - L). An abrada
 plastic rod has soft = 1 / growth; by Archard's law L = 0 and soft is proportional to
 the sliding distance of a step. In both laws the force on a tip, the sum over its rods,
 is an increasing, piecewise linear function P(s): a compliance on the diagonal of the
-contact problem, solved implicitly with all tips at once by Newton's method.
+contact problem, solved implicitly with all tips at once by Newton's method. Nearly
+always the tips that would sink into rods without contact are those that press, and one
+or two linear problems of these tips suffice; else each step of Newton's method solves
+the contact problem of all tips.
 
 A tip that slides onto a higher rod pushes it down to where the tip is. The rotation
 does the work of that, V(s - w) with the depth s before the step, by the slope of the
@@ -21,15 +24,28 @@ import math
 
 import numpy as np
 
-from hpcwhirl.dynamics.kernels.compiled import by_numba, inlined, rare
-from hpcwhirl.dynamics.kernels.contact import WEAR, book_impact, complementarity
-from hpcwhirl.dynamics.kernels.keep_inverse import CHANGED, SIZE, SOUND, place_of
+from hpcwhirl.dynamics.kernels.compiled import by_numba, inlined, part, rare
+from hpcwhirl.dynamics.kernels.contact import (
+    WEAR,
+    book_impact,
+    complementarity,
+    delassus_rows,
+)
+from hpcwhirl.dynamics.kernels.keep_inverse import (
+    CHANGED,
+    REGULAR,
+    SIZE,
+    SOUND,
+    place_of,
+)
 from hpcwhirl.dynamics.kernels.kernel_types import LayerSpace
+from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fnma, load, store
 
 # rows of `worn` in the state: worn depth, m; work of wear and of the rotation, J
 DEPTH, WORK, CUT = 0, 1, 2
 EQUAL = 1e-11  # tolerance of P(s) = multiplier, relative to the largest force
 ROUND = 1e-15  # relative round-off of the depth s of a tip
+ALONE = 8  # most Newton steps with the pressing tips alone
 ATTEMPTS, PATIENCE = 300, 20  # most Newton steps; steps after which they are halved
 
 
@@ -39,13 +55,21 @@ def layer_space(blades):
 
     See `layer`; blades : N
     """
+    width = blades + FOUR - blades % FOUR  # of `row_of_springs`
     return LayerSpace(
         np.zeros(blades, np.int64), np.zeros(blades, np.int64), np.zeros(blades),
-        np.zeros(blades), np.zeros(blades), np.zeros((blades, blades)),
+        np.zeros(blades), np.zeros(blades), np.zeros(blades), np.zeros(blades),
+        np.zeros((blades, blades)), np.zeros(blades * width),
     )  # fmt: skip
 
 
-@rare
+@inlined
+def row_of_springs(blades):
+    """Return the length of a row of `LayerSpace.springs`: N, a right side, padding."""
+    return blades + FOUR - blades % FOUR
+
+
+@part
 def to_worn(turned, before, points, worn, under, space, gaps, last):
     """Find the rods under each tip; return the lowest gap of a tip to its rods, m.
 
@@ -57,7 +81,8 @@ def to_worn(turned, before, points, worn, under, space, gaps, last):
         `kernel_types.BodiesState`
     under : number of rods under a tip
     space : `kernel_types.LayerSpace`; out: the first rod under each tip at both angles,
-        `rod` and `left`; the latter only for tips that were below the unworn surface
+        `rod` and `left`, the latter only for tips that were below the unworn surface;
+        `high`, worn depth of the least worn rod under tips that are below it, m
     gaps : (N,), m, to the unworn surface; only tips below it (gap < 0) count, and 1 is
         returned if there are none
     last : (N,), m, gaps to the unworn surface at the start of the step
@@ -69,11 +94,12 @@ def to_worn(turned, before, points, worn, under, space, gaps, last):
         if last[j] < 0.0:
             space.left[j] = first_rod(before + own, size, under)
         if gaps[j] < 0.0:
-            lowest = min(lowest, gaps[j] + highest(worn, space.rod[j], under))
+            space.high[j] = highest(worn, space.rod[j], under)
+            lowest = min(lowest, gaps[j] + space.high[j])
     return lowest
 
 
-@rare
+@inlined
 def first_rod(angle, size, under):
     """Return the number of the first of the `under` rods that are under a tip.
 
@@ -81,7 +107,15 @@ def first_rod(angle, size, under):
     """
     part = angle / (2.0 * math.pi)
     centred = (part - math.floor(part)) * size - 0.5 * (under - 1)
-    return math.floor(centred) % size
+    first = math.floor(centred)
+    first = first + size if first < 0 else first
+    return first - size if first >= size else first
+
+
+@inlined
+def after(rod, size):
+    """Return the number of the rod beside a rod, along the rotation."""
+    return rod + 1 if rod + 1 < size else 0
 
 
 @inlined
@@ -91,7 +125,8 @@ def covers(first, rod, size, under):
     first, under : number of the first rod under the tip; how many rods are under it
     rod, size : number of the rod; number of rods around the casing
     """
-    return (rod - first) % size < under
+    apart = rod - first
+    return (apart + size if apart < 0 else apart) < under
 
 
 @inlined
@@ -101,9 +136,10 @@ def highest(worn, first, under):
     worn : (3, M), state of the layer's rods; its first row is the worn depth, m
     first, under : number of the first rod under the tip; how many rods are under it
     """
-    least = worn[DEPTH, first]
-    for i in range(1, under):
-        least = min(least, worn[DEPTH, (first + i) % worn.shape[1]])
+    least, rod = worn[DEPTH, first], first
+    for _ in range(1, under):
+        rod = after(rod, worn.shape[1])
+        least = min(least, worn[DEPTH, rod])
     return least
 
 
@@ -118,25 +154,28 @@ def limit_of(layer, depth):
 
 @inlined
 def rod_force(layer, softness, depth, sunk):
-    """Return the force, N, of one rod on a tip, and its derivative by the depth, N/m.
+    """Return the force of one rod on a tip, its derivative by the depth, and a range.
+
+    They are in N, N/m and m: within the range, the derivative is the same.
 
     layer : `kernel_types.Layer`
     softness : m/N, wear in a step per force beyond the limit
     depth, sunk : m, worn depth of the rod; depth of the tip below the unworn surface
     """
-    way = sunk - depth
-    if way <= 0.0:
-        return 0.0, 0.0
-    limit = limit_of(layer, depth)
-    if way <= layer.flex * limit:
-        return way / layer.flex, 1.0 / layer.flex
-    slope = 1.0 / (layer.flex + softness)
-    return (way + softness * limit) * slope, slope
+    way, stiff, yields = sunk - depth, 1.0 / layer.flex, 1.0 / (layer.flex + softness)
+    force, slope = way * stiff, stiff
+    worn_in = (way + softness * limit_of(layer, depth)) * yields
+    if worn_in < force:  # beyond the limit, where both are equal
+        force, slope = worn_in, yields
+    alike = min(abs(way), abs(way - layer.flex * limit_of(layer, depth)))
+    return (force, slope, alike) if way > 0.0 else (0.0, 0.0, -way)
 
 
-@rare
+@part
 def tip_force(layer, softness, worn, first, sunk):
-    """Return P(s), the force of all rods under a tip, N, and its derivative dP/ds, N/m.
+    """Return P(s), the force of all rods under a tip, N, its derivative and a range.
+
+    The derivative dP/ds, N/m, is the same for all depths within the range, m, from s.
 
     layer, softness : `kernel_types.Layer`; m/N, wear in a step per force beyond the
         limit
@@ -144,25 +183,27 @@ def tip_force(layer, softness, worn, first, sunk):
     first, sunk : number of the first rod under the tip; s, m, depth of the tip below
         the unworn surface
     """
-    force, slope = 0.0, 0.0
+    force, slope, alike, rod = 0.0, 0.0, abs(sunk), first
     if sunk <= 0.0:
-        return force, slope
-    for i in range(layer.under):
-        rod = (first + i) % worn.shape[1]
-        one, steep = rod_force(layer, softness, worn[DEPTH, rod], sunk)
+        return force, slope, alike
+    for _ in range(layer.under):
+        one, steep, near = rod_force(layer, softness, worn[DEPTH, rod], sunk)
         force += one
         slope += steep
-    return force, slope
+        alike = min(alike, near)
+        rod = after(rod, worn.shape[1])
+    return force, slope, alike
 
 
-@rare
+@part
 def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, opened,
           space, own):  # fmt: skip
     """Compute the contact forces of all tips on the layer by Newton's method.
 
     Solve lam = P(-g - W lam): lam are the multipliers, P(s) is the force of the rods on
     a tip at the depth s, g are the gaps without contact, W is the Delassus matrix of
-    both bodies. Return the number of tips with lam > 0, or -1 if no solution was found.
+    both bodies. The solution is unique. Return the number of tips with lam > 0, or -1
+    if no solution was found.
 
     Parameters
     ----------
@@ -172,48 +213,216 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
     gaps : (N,), m, g, to the unworn surface
     w_rotor, compliance, index, shape, space : as in `contact.complementarity`
     lam, opened : (N,), out: multipliers, N, and gaps to the unworn surface with them, m
-    own : `kernel_types.LayerSpace`; out: `sunk`, the depths s
+    own : `kernel_types.LayerSpace`, with the results of `to_worn`; out: `sunk`, the
+        depths s
     """
-    blades = len(gaps)
+    size, begun = pressing(gaps, space, own), 0
+    for _ in range(ALONE):
+        for r in range(begun, size):
+            linearize(layer, softness, worn, gaps, -gaps[space.where[r]], own,
+                      space.where[r])  # fmt: skip
+        begun = size
+        delassus_rows(size, w_rotor, compliance, index, shape, space)
+        if not on_springs(size, space, own):
+            break
+        if agree_alone(layer, softness, worn, gaps, size, space, own):
+            size = widened(layer, worn, gaps, size, lam, opened, space, own)
+            if size == begun:
+                return size
+    return press_any(
+        layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, opened,
+        space, own,
+    )  # fmt: skip
+
+
+@inlined
+def pressing(gaps, space, own):
+    """List the tips that would sink into rods without contact; return their number.
+
+    gaps, own : as in `press`; space : out: `where` lists them, `active` is 1 for them
+    """
+    size = len(gaps) - len(gaps)
+    for j in range(len(gaps)):
+        sinks = gaps[j] < 0.0 and gaps[j] + own.high[j] < 0.0
+        space.active[j] = 1 if sinks else 0
+        space.where[size] = j
+        size += sinks
+    return size
+
+
+@part
+def on_springs(size, space, own):
+    """Compute the multipliers of the tips space.where[:size] as if all were on springs.
+
+    They replace space.right, N. The springs are those of `linearize`. Return whether no
+    spring pulls.
+    """
+    where, rows, width = space.where, own.springs, row_of_springs(len(own.give))
+    last = size - size % FOUR
+    for r in range(size):
+        store(rows, r * width + last, broadcast(0.0))
+        rows[r * width + size] = -own.shifted[where[r]]
+    for s in range(size):
+        column = space.w[where[s]]
+        for r in range(size):
+            rows[r * width + s] = column[where[r]]
+        rows[s * width + s] += own.give[where[s]]
+    return eliminate(rows, width, size, space.right) >= 0.0
+
+
+@inlined
+def eliminate(rows, width, size, right):
+    """Solve linear equations by elimination without exchange of rows.
+
+    Return the least unknown, or -1 if a pivot is too small, which those of pressing
+    tips on springs are not: springs are softer than bodies, or else these are regular.
+
+    rows, width : flat, in and out: the matrix, the right side in column `size`, and
+        padding; length of a row
+    right : (size,), out: the unknowns
+    """
+    least, lowest = REGULAR * rows[0], math.inf
+    for c in range(size):
+        pivot = rows[c * width + c]
+        if not pivot > least:
+            return -1.0
+        inverse = 1.0 / pivot
+        rows[c * width + c] = inverse
+        for r in range(c + 1, size):
+            factor = broadcast(rows[r * width + c] * inverse)
+            for s in range(c - c % FOUR, size + 1, FOUR):
+                row = fnma(factor, load(rows, c * width + s), load(rows, r * width + s))
+                store(rows, r * width + s, row)
+    for c in range(size - 1, -1, -1):
+        value = rows[c * width + size] * rows[c * width + c]
+        right[c], lowest = value, min(lowest, value)
+        for r in range(c):
+            rows[r * width + size] -= rows[r * width + c] * value
+    return lowest
+
+
+@part
+def agree_alone(layer, softness, worn, gaps, size, space, own):
+    """Return whether multipliers on springs satisfy the law of the rods, see `agree`.
+
+    They do if no rod's force changes its slope on the way; else the forces are computed
+    again. The depths of the tips space.where[:size] become those on the springs; if
+    these do not agree, the springs become the tangents there.
+    """
+    largest, alike = 0.0, True
+    for r in range(size):
+        j = space.where[r]
+        largest = max(largest, space.right[r])
+        solved = spring_depth(gaps, space.right[r], own, j)
+        alike = alike and abs(solved - own.sunk[j]) < own.alike[j]
+    if alike:
+        for r in range(size):
+            j = space.where[r]
+            own.sunk[j] = spring_depth(gaps, space.right[r], own, j)
+        return True
+    alike = True
+    for r in range(size):
+        j, push = space.where[r], space.right[r]
+        solved, steep = spring_depth(gaps, push, own, j), 1.0 / own.give[j]
+        force, slope = linearize(layer, softness, worn, gaps, solved, own, j)
+        alike = alike and near_enough(force, push, largest, max(slope, steep), solved)
+    return alike
+
+
+@part
+def widened(layer, worn, gaps, size, lam, opened, space, own):
+    """Compute the gaps with the multipliers of the tips space.where[:size] acting.
+
+    Tips that then sink into rods, too, are appended to space.where; return the new
+    number of tips. The multipliers, N, and gaps, m, of all tips are written to `lam`
+    and `opened`. The other arguments are those of `press`.
+    """
+    where, right, listed = space.where, space.right, size
+    for i in range(len(gaps)):
+        opened[i], lam[i] = gaps[i], 0.0
+    for r in range(size):
+        column, push = space.w[where[r]], right[r]
+        for i in range(len(gaps)):
+            opened[i] += column[i] * push
+    for r in range(size):
+        lam[where[r]], opened[where[r]] = right[r], -own.sunk[where[r]]
+    for j in range(len(gaps)):
+        if opened[j] >= 0.0 or space.active[j] == 1:
+            continue
+        if opened[j] + highest(worn, own.rod[j], layer.under) < 0.0:
+            where[listed], space.active[j] = j, 1
+            listed += 1
+    return listed
+
+
+@rare
+def press_any(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam,
+              opened, space, own):  # fmt: skip
+    """Compute the contact forces of all tips on the layer, whichever press.
+
+    Each step of Newton's method solves the contact problem of all tips on springs.
+    Arguments and result are those of `press`.
+    """
+    blades, found = len(gaps), -1
     for j in range(blades):
         own.sunk[j] = -gaps[j]
         for i in range(blades):
             own.w[j, i] = w_rotor[j, i]
     for attempt in range(ATTEMPTS):
         for j in range(blades):
-            linearize(layer, softness, worn, gaps, w_rotor[j, j], own, j)
+            linearize(layer, softness, worn, gaps, own.sunk[j], own, j)
+            own.w[j, j] = w_rotor[j, j] + own.give[j]
             space.have[j] = 0
         active = complementarity(
             own.shifted, own.w, compliance, index, shape, lam, opened, space
         )
         if active < 0:
-            return active
+            break
         share = 0.5 ** (attempt // PATIENCE)
         if agree(layer, softness, worn, gaps, lam, opened, share, own):
-            return active
-    return -1
+            found = active
+            break
+    for j in range(blades):
+        space.have[j] = 0  # the rows are of both bodies on springs
+    return found
 
 
-@rare
-def linearize(layer, softness, worn, gaps, give, own, j):
+@part
+def linearize(layer, softness, worn, gaps, sunk, own, j):
     """Replace the rods under tip j by a linear spring, for one step of Newton's method.
 
-    The spring is the tangent of P(s), the force of the rods, at the tip's present depth
-    own.sunk[j]; the depth becomes s = lam / (dP/ds) + own.shifted - g. So own.w[j, j]
-    and own.shifted[j] are set. If the tip touches no rod, dP/ds is that of the highest
-    rod alone; above the unworn surface it is taken as unworn.
+    The spring is the tangent of P(s), the force of the rods, at the depth `sunk`, m,
+    which is written to own.sunk[j]; the depth becomes s = lam / (dP/ds) +
+    own.shifted[j] - g. So own.give[j] = 1 / (dP/ds) and own.shifted[j] are set. If the
+    tip touches no rod, dP/ds is that of the highest rod alone; above the unworn surface
+    it is taken as unworn. Return P(s) and dP/ds, which is 0 then.
 
-    Arguments are those of `press`
-    give, j : m/N, opening of the gap by a unit multiplier on it; number of the tip
+    Arguments are those of `press`; j : number of the tip
     """
-    force, slope = tip_force(layer, softness, worn, own.rod[j], own.sunk[j])
-    offset = own.sunk[j]
+    force, slope, alike = tip_force(layer, softness, worn, own.rod[j], sunk)
+    offset, steep = sunk, slope
     if slope == 0.0:
-        worn_off = highest(worn, own.rod[j], layer.under) if offset > 0.0 else 0.0
-        offset, slope = worn_off, 1.0 / layer.flex
-    own.give[j] = 1.0 / slope
-    own.w[j, j] = give + own.give[j]
+        alike, steep = 0.0, 1.0 / layer.flex
+        offset = highest(worn, own.rod[j], layer.under) if sunk > 0.0 else 0.0
+    own.sunk[j], own.alike[j], own.give[j] = sunk, alike, 1.0 / steep
     own.shifted[j] = gaps[j] + (offset - force * own.give[j])
+    return force, slope
+
+
+@inlined
+def spring_depth(gaps, push, own, j):
+    """Return the depth, m, of tip j on its spring of `linearize` under a force, N."""
+    return (own.shifted[j] - gaps[j]) + push * own.give[j]
+
+
+@inlined
+def near_enough(force, push, largest, steep, sunk):
+    """Return whether the force of the rods under a tip, N, is its multiplier.
+
+    push, largest : N, its multiplier, and the largest one
+    steep, sunk : N/m, largest slope of the force; m, depth of the tip
+    """
+    return abs(force - push) <= EQUAL * largest + ROUND * steep * abs(sunk)
 
 
 @rare
@@ -230,11 +439,10 @@ def agree(layer, softness, worn, gaps, lam, opened, share, own):
     for j in range(len(lam)):
         largest = max(largest, lam[j])
     for j in range(len(lam)):
-        solved = (own.shifted[j] - gaps[j]) + lam[j] * own.give[j] - opened[j]
-        force, slope = tip_force(layer, softness, worn, own.rod[j], solved)
+        solved = spring_depth(gaps, lam[j], own, j) - opened[j]
+        force, slope, _ = tip_force(layer, softness, worn, own.rod[j], solved)
         steep = max(slope, 1.0 / own.give[j])
-        apart = abs(force - lam[j])
-        alike = alike and apart <= EQUAL * largest + ROUND * steep * abs(solved)
+        alike = alike and near_enough(force, lam[j], largest, steep, solved)
         own.shifted[j] = solved
     for j in range(len(lam)):
         if alike:
@@ -245,7 +453,7 @@ def agree(layer, softness, worn, gaps, lam, opened, share, own):
     return alike
 
 
-@rare
+@part
 def wear(layer, softness, worn, lam, last, ledger, own):
     """Wear the rods that tips press beyond the limit in a step: set depths and works.
 
@@ -259,24 +467,24 @@ def wear(layer, softness, worn, lam, last, ledger, own):
         step, m
     own : `kernel_types.LayerSpace`, with the results of `to_worn` and `press`
     """
-    size = worn.shape[1]
+    size, total = worn.shape[1], ledger[WEAR]
     for j in range(len(lam)):
-        if lam[j] <= 0.0:
-            continue
-        for i in range(layer.under):
-            rod = (own.rod[j] + i) % size
+        rod, under = own.rod[j], layer.under if lam[j] > 0.0 else 0
+        for _ in range(under):
             depth = worn[DEPTH, rod]
-            force, _ = rod_force(layer, softness, depth, own.sunk[j])
+            force, _, _ = rod_force(layer, softness, depth, own.sunk[j])
             deeper = softness * max(force - limit_of(layer, depth), 0.0)
             worn[DEPTH, rod] = depth + deeper
             work = (force - 0.5 * layer.growth * deeper) * deeper
             worn[WORK, rod] += work
-            ledger[WEAR] += work
+            total += work
             if -last[j] > depth and not covers(own.left[j], rod, size, layer.under):
                 turn(work_to_push(layer, depth, -last[j] - depth), worn, rod, ledger)
+            rod = after(rod, size)
+    ledger[WEAR] = total
 
 
-@rare
+@part
 def leave(layer, worn, last, ledger, own):
     """Book the elastic energy that rods of the layer release when tips leave them, J.
 
@@ -292,11 +500,12 @@ def leave(layer, worn, last, ledger, own):
     for j in range(len(own.rod)):
         if own.left[j] == own.rod[j] or last[j] >= 0.0:
             continue
-        for i in range(layer.under):
-            rod = (own.left[j] + i) % size
+        rod = own.left[j]
+        for _ in range(layer.under):
             way = -last[j] - worn[DEPTH, rod]
             if way > 0.0 and not covers(own.rod[j], rod, size, layer.under):
                 turn(-0.5 * way * way / layer.flex, worn, rod, ledger)
+            rod = after(rod, size)
 
 
 @rare
@@ -363,7 +572,7 @@ def is_inside(entered):
     return lowest < 0.0
 
 
-@rare
+@part
 def press_rods(rods, turned, before, speed, gaps, row, lowest, state, solver, own):
     """Find the forces of a step of all tips on the layer, and wear it.
 

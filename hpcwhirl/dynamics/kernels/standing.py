@@ -43,6 +43,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     get,
     load,
     store,
+    total_of,
 )
 
 CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this value
@@ -77,6 +78,12 @@ def film_at(square):
     return across - 1.0, 1.5 * across * more
 
 
+@inlined
+def scaled(value, factor):
+    """Return a complex number times a real one, for which numba takes four products."""
+    return complex(value.real * factor, value.imag * factor)
+
+
 @kernel
 def answer(give, held, moving, even, drift):
     """Return the force f of a single support, N, complex, in a step.
@@ -89,7 +96,7 @@ def answer(give, held, moving, even, drift):
     moving : m/s, complex, velocity without f
     give : (2, 2), W, change of the velocity by a unit force, m/(N s)
     """
-    rest = -held - even * moving - drift * moving.conjugate()
+    rest = -held - scaled(moving, even) - drift * moving.conjugate()
     a, b = drift.real, drift.imag  # f -> drift conj(f) on (x, y): [[a, b], [b, -a]]
     xx = 1.0 + (even + a) * give[0, 0] + b * give[1, 0]
     xy = (even + a) * give[0, 1] + b * give[1, 1]
@@ -121,22 +128,26 @@ def terms_at(own, p, place, turned):
     place : m, complex displacement there, from the rotor's motion without contact
     turned : e^{-i Omega t} at the time at which the supports' directions are taken
     """
-    lost, twice = own.damping[p], turned * turned
-    spring = own.stiffness[p] - 1j * own.speed * lost
+    lost, stiff, twice = own.damping[p], own.stiffness[p], turned * turned
+    spring = complex(
+        stiff.real + own.speed * lost.imag, stiff.imag - own.speed * lost.real
+    )
     held, drift = twice * spring * place.conjugate(), twice * lost
     even, film = 0.0, own.film[p]
     if film > 0.0:
         sag, lift = own.sag[p] * turned, own.lift[p] * turned.conjugate()
         whole = own.circle[p] + place + sag + lift
-        near = whole * (1.0 / own.clearance[p])
+        near = scaled(whole, 1.0 / own.clearance[p])
         square = near.real**2 + near.imag**2
         across, apart = film_at(square)
-        held += 1j * (own.speed * film) * (across * whole) - own.balance[p]
+        turns = own.speed * film * across
+        held += complex(-turns * whole.imag, turns * whole.real) - own.balance[p]
         if square > CLOSED:
-            near *= math.sqrt(CLOSED / square)
+            near = scaled(near, math.sqrt(CLOSED / square))
         even = film * (across + apart * (near.real**2 + near.imag**2))
-        along, beyond = film * apart * near**2, 1j * own.speed * (lift - sag)
-        held += even * beyond + along * beyond.conjugate()
+        along, still = scaled(near * near, film * apart), scaled(lift - sag, own.speed)
+        beyond = complex(-still.imag, still.real)
+        held += scaled(beyond, even) + along * beyond.conjugate()
         drift += along
     return held, even, drift
 
@@ -159,7 +170,7 @@ def add_support(own, p, place, moving, turned, push):
         force = answer(own.give, held, moving, even, drift)
         push[0], push[1] = force.real, force.imag
         return
-    rest = -held - even * moving - drift * moving.conjugate()
+    rest = -held - scaled(moving, even) - drift * moving.conjugate()
     x, y = 2 * p, 2 * p + 1
     push[x], push[y] = rest.real, rest.imag
     a, b = drift.real, drift.imag  # f -> drift conj(f) on (x, y): [[a, b], [b, -a]]
@@ -208,7 +219,8 @@ def room_of(own):
 def turned_by_steps(support, number, turned):
     """Return e^{-i Omega t} at a step, by a table of the steps after every 64th.
 
-    support, number : `loop.wave_types.SlotSupport`; number of the step
+    support, number : `loop.wave_types.SlotSupport` or `PointsSupport`; number of the
+        step
     turned : (3,), in and out: re and im at such a step; its number
     """
     size = len(support.turns) // 2
@@ -268,41 +280,44 @@ def push_group(gives, at, size, x, y, q):
 
 
 @part
-def hold_shaft(support, q, time, before, push):
+def hold_shaft(support, q, number, turned, before, push):
     """Apply the supports' forces in a step to the amplitudes q of waves.
 
     support : `loop.wave_types.PointsSupport`
     q : amplitudes, in and out: in those after the step without forces
-    time : s, at the step's start, at which the supports' directions are taken
-    before : (n,), out: the amplitudes that change, as they were
+    number, turned : as in `turned_by_steps`, at the step's start
+    before : (4 b,), out: the amplitudes that change, as they were
     push : (room,), N, out: the forces, x and y, see `add_support`
     """
-    zero, which, reads, stand = (
-        broadcast(0.0), support.which, support.reads, support.stand
-    )  # fmt: skip
-    count, now = len(stand.film), turned_at(stand, time)
+    zero, which, stand = broadcast(0.0), support.which, support.stand
+    count, now = len(stand.film), turned_by_steps(support, number, turned)
     for i in range(len(which)):
-        before[i] = get(q, which[i])
+        store(before, FOUR * i, load(q, get(which, i)))
     for p in range(count):
-        a, b, c, d, at = zero, zero, zero, zero, FOUR * len(which) * p
-        for i in range(0, len(which), FOUR):
-            n = at + FOUR * i
-            a = fma(load(reads, n), broadcast(get(before, i)), a)
-            b = fma(load(reads, n + FOUR), broadcast(get(before, i + 1)), b)
-            c = fma(load(reads, n + 2 * FOUR), broadcast(get(before, i + 2)), c)
-            d = fma(load(reads, n + 3 * FOUR), broadcast(get(before, i + 3)), d)
-        both = (a + b) + (c + d)
-        place = complex(element(both, 0), element(both, 1))
-        moving = complex(element(both, 2), element(both, 3))
+        a, b, c, d, e, f, g, h = zero, zero, zero, zero, zero, zero, zero, zero
+        reads = support.reads[4 * FOUR * len(which) * p :]
+        for i in range(0, len(which), 2):  # eight sums hide the latency of the units
+            one, two = load(before, FOUR * i), load(before, FOUR * (i + 1))
+            at, on = 4 * FOUR * i, 4 * FOUR * (i + 1)
+            a, e = fma(load(reads, at), one, a), fma(load(reads, on), two, e)
+            at, on = at + FOUR, on + FOUR
+            b, f = fma(load(reads, at), one, b), fma(load(reads, on), two, f)
+            at, on = at + FOUR, on + FOUR
+            c, g = fma(load(reads, at), one, c), fma(load(reads, on), two, g)
+            at, on = at + FOUR, on + FOUR
+            d, h = fma(load(reads, at), one, d), fma(load(reads, on), two, h)
+        place = complex(total_of(a + e), total_of(b + f))
+        moving = complex(total_of(c + g), total_of(d + h))
         add_support(stand, p, place, moving, now, push)
     solve_supports(stand, push)
     for i in range(support.used):
-        gained = 0.0
+        held = load(before, FOUR * i)
         for p in range(count):
-            at = 2 * (support.used * p + i)
-            gained += get(support.gives, at) * push[2 * p]
-            gained += get(support.gives, at + 1) * push[2 * p + 1]
-        q[which[i]] = before[i] + gained
+            at = 2 * FOUR * (support.used * p + i)
+            held = fma(load(support.gives, at), broadcast(push[2 * p]), held)
+            at = at + FOUR
+            held = fma(load(support.gives, at), broadcast(push[2 * p + 1]), held)
+        store(q, get(which, i), held)
 
 
 @part

@@ -22,7 +22,7 @@ from hpcwhirl.scene import Scene
 
 LEAST = 1e-13  # share of the largest coefficient below which others are round-off
 NONE = np.zeros(0)
-NOTHING = PointsSupport(np.zeros(0, np.int64), 0, *(NONE,) * 4, ALIKE)
+NOTHING = PointsSupport(np.zeros(0, np.int64), 0, *(NONE,) * 5, ALIKE)
 NO_SLOT = SlotSupport(*(NONE,) * 6, -1, 1, ALIKE)
 STEPS = 64  # in the table of the supports' directions
 
@@ -55,17 +55,25 @@ def support_arrays(
     sizes = [np.abs(part).max(axis=(0, 1)) for part in parts]
     felt = [size > LEAST * size.max(initial=0.0) for size in sizes]
     used = np.flatnonzero(np.any(felt, axis=0))
-    extra = -len(used) % FOUR
-    which = np.pad(both[used], (0, extra)).astype(np.int64)
-    reads = np.concatenate(parts[:2], axis=1)[:, :, used]
-    reads = np.pad(reads, ((0, 0), (0, 0), (0, extra)))
-    arrays = all_aligned([
-        which, np.swapaxes(reads, 1, 2).ravel(),
-        np.swapaxes(parts[2][:, :, used], 1, 2).ravel(),
+    blocks = np.unique(both[used] // FOUR)
+    laid = np.zeros((len(hub) // 2, 6, 2 * waves.half))
+    laid[:, :, both[used]] = np.concatenate(parts, axis=1)[:, :, used]
+    fours = laid.reshape(len(laid), 6, -1, FOUR)[:, :, blocks].swapaxes(1, 2)
+    extra = len(blocks) % 2
+    reads = np.pad(fours[:, :, :4], ((0, 0), (0, extra), (0, 0), (0, 0)))
+    first, *others = all_aligned([
+        np.pad(FOUR * blocks, (0, extra)).astype(np.int64), reads.ravel(),
+        fours[:, :, 4:].ravel(), _directions(scene),
         *np.hypot(bounds[:, ::2], bounds[:, 1::2]),
     ])  # fmt: skip
-    first, *others = arrays
-    return PointsSupport._make([first, len(used), *others, stand])
+    return PointsSupport._make([first, len(blocks), *others, stand])
+
+
+def _directions(scene: Scene) -> Floats:
+    """Return the table (2 `STEPS`,) of e^{-i Omega t} at the first steps."""
+    angles = scene.speed * scene.solver.time_step * np.arange(STEPS)
+    turns: Complexes = np.exp(-1j * angles)
+    return turns.view(np.float64)
 
 
 def slot_support(
@@ -87,16 +95,15 @@ def slot_support(
     spin = model.rotor.spin
     if spin is None or spin.is_plain or model.folds > 1:
         return NO_SLOT
-    own, step = diameters[1], scene.solver.time_step
+    own = diameters[1]
     if not isinstance(own, Differences):
         raise TypeError(own)
     give = turning(model, scene, model.rotor.shapes).inverse
     stand = standing(model, scene, give, model.rotor.shapes)
     hubs = [row for row, _ in unlike_waves(spin, spin.waves[own.k])]
     parts = zip(*(_of_support(own, hub) for hub in hubs), strict=True)
-    turns = np.exp(-1j * scene.speed * step * np.arange(STEPS))
     arrays = all_aligned([
-        *(np.concatenate(part) for part in parts), turns.view(float)
+        *(np.concatenate(part) for part in parts), _directions(scene)
     ])  # fmt: skip
     return SlotSupport._make([
         *arrays, *_swinging(diameters, steady, at), own.k, stand

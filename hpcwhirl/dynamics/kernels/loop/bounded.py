@@ -92,6 +92,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     all_aligned,
     broadcast,
     fma,
+    get,
     load,
     store,
     total_of,
@@ -145,7 +146,7 @@ def let_go(support, spare, q, held):
     """
     begin_moves(spare, q, len(q))
     for i in range(support.used):
-        spare[support.which[i]] = held[i]
+        store(spare, get(support.which, i), load(held, FOUR * i))
 
 
 @inlined
@@ -309,8 +310,8 @@ def advance_points(rows, rotor, step, state, space):
     if slips_now(counter):
         note_slips_of_points(state, step)
     if stands:
-        time = counter[STEP] * step
-        hold_shaft(rotor.support, q, time, space.held, space.push)
+        number, turned = counter[STEP], space.turned
+        hold_shaft(rotor.support, q, number, turned, space.held, space.push)
 
 
 @inlined
@@ -491,20 +492,20 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
         ("radial", rotor.radial, points * modes),
         ("along", rotor.along, points * modes),
         ("clear", arrays.contact.clear, 2 * wide),
-        ("reads", rotor.support.reads, 4 * supports * len(rotor.support.which)),
-        ("gives", rotor.support.gives, 2 * supports * rotor.support.used),
+        ("reads", rotor.support.reads, 4 * supports * FOUR * len(rotor.support.which)),
+        ("gives", rotor.support.gives, 2 * supports * FOUR * rotor.support.used),
         *sizes_of_rows(rotor.rows, points, modes, width),
     ])  # fmt: skip
-    check_places("points", modes, {"which": rotor.support.which})
+    check_places("points", modes - FOUR + 1, {"which": rotor.support.which})
     solver = constant_space(points, wide, arrays.contact.w, state.known)
     sectors = isinstance(rotor.rows, SectorRows)
     room = room_of_sectors(rotor.rows) if sectors else modes
-    sizes = width, room, *(2 * wide,) * 3
-    spare, spectra, out, again, opened = all_aligned([*map(np.zeros, sizes)])
+    sizes = width, room, *(2 * wide,) * 3, FOUR * len(rotor.support.which)
+    spare, spectra, out, again, opened, held = all_aligned([*map(np.zeros, sizes)])
     return PointsSpace(
         spare, spectra, np.zeros(points), solver, out, again, opened,
         np.zeros((points + 1, 2)), np.zeros(len(rotor.casing)),
-        np.zeros_like(state.ledger), np.zeros(len(rotor.support.which)),
+        np.zeros_like(state.ledger), held, np.full(3, -1.0),
         np.zeros(room_of.py_func(stand)), np.zeros(2),
         layer_space.py_func(len(state.entered)),
     )  # fmt: skip

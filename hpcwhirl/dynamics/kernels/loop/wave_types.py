@@ -119,16 +119,17 @@ class PointsEnergy(NamedTuple):
 class PointsSupport(NamedTuple):
     """The s supports whose forces no constant matrix gives, see `standing`.
 
-    In a step these forces, x and y, change n of the real amplitudes; n is 0 without
-    such supports, else a multiple of 4.
+    In a step these forces, x and y, change some real amplitudes, which are in b blocks
+    of four neighbours; b is 0 without such supports, else a multiple of 2.
 
     Attributes
     ----------
-    which, used : (n,), indices of these amplitudes; how many are no padding
-    reads : (s, n, 4) flat, x and y of each support at the step's start in the motion
+    which, used : (b,), indices of the first of each four; how many are no padding
+    reads : (s, b, 4, 4) flat, x and y of each support at the step's start in the motion
         that contact causes, and their velocities without these forces, for unit
         amplitudes after the free step
-    gives : (s, used, 2) flat, change of the amplitudes by unit forces x and y
+    gives : (s, used, 2, 4) flat, change of the amplitudes by unit forces x and y
+    turns : (64, 2) flat, e^{-i Omega t} at the first steps, re and im
     nudge, rush : (s,), m/N, bounds of the motion of any point due to a unit force: in
         the step in which it acts; and the increase of the bound given by
         `PointsRotor.drift`
@@ -139,6 +140,7 @@ class PointsSupport(NamedTuple):
     used: int
     reads: Floats
     gives: Floats
+    turns: Floats
     nudge: Floats
     rush: Floats
     stand: Stand
@@ -220,7 +222,8 @@ class PointsSpace(NamedTuple):
         y_o
     casing : (c,), amplitudes of the c modes of the casing, rotating frame
     ledger : copy of the ledger with all works entered, J
-    held : (n,), the n amplitudes that the supports' forces change, before these act
+    held : (4 b,), amplitudes that the supports' forces change, before these act
+    turned : (3,), see `standing.turned_by_steps`
     push : (room,), N, forces of s supports, x and y, see `standing.add_support`
     bounds : (2,), m, bound of any point's motion in a step; 1 before any is known
     layer : work space of `layer`
@@ -237,6 +240,7 @@ class PointsSpace(NamedTuple):
     casing: Floats
     ledger: Floats
     held: Floats
+    turned: Floats
     push: Floats
     bounds: Floats
     layer: LayerSpace
