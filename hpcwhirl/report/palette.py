@@ -77,16 +77,17 @@ def look_of(number: int) -> dict[str, Any]:
     return {"c": one.colour, "marker": marker, "ls": one.style}
 
 
-def spaced(number: int, count: int) -> dict[str, Any]:
+def spaced(number: int, count: int, points: int) -> dict[str, Any]:
     """Return colour and markers of one of many dense curves over the same axis.
 
-    Curves are solid; each has its marker at ten places that the others leave free.
+    Curves are solid; each has its marker at ten points that the others leave free.
 
-    number, count : its number; number of curves
+    number, count, points : its number; number of curves; number of its points
     """
-    first = (number + 0.5) / max(count, 1) / 10
+    every = max(points // 10, 1)
+    first = int((number + 0.5) / max(count, 1) * every)
     look = look_of(number) | {"ls": "-", "ms": 4, "mfc": GROUND}
-    return look | {"markevery": (first, 0.1)}
+    return look | {"markevery": (first, every)}
 
 
 def page_style() -> str:
@@ -113,6 +114,6 @@ def style() -> dict[str, Any]:
     """Return what figures have beside the defaults of Matplotlib, as rcParams."""
     from cycler import cycler
 
+    # without dashes: they would reach curves that are given a colour alone
     curves = cycler(color=[s.colour for s in SERIES])
-    curves += cycler(linestyle=[s.style for s in SERIES])
     return {"axes.prop_cycle": curves, "image.cmap": SEQUENTIAL}

@@ -93,6 +93,15 @@ def test_curves_are_apart_to_every_eye_by_day_and_night(eye, ground):
         assert np.linalg.norm(a - b) > 20
 
 
+@pytest.mark.parametrize("time", [0, 1])
+@pytest.mark.parametrize("eye", BLIND)
+def test_the_parts_of_a_moving_wheel_are_apart_to_every_eye(eye, time):
+    parts = [palette.PAGE[n][time] for n in ("touch", "series-0", "series-2")]
+    seen = [lab(np.array(BLIND[eye]) @ linear(colour)) for colour in parts]
+    for a, b in itertools.combinations(seen, 2):
+        assert np.linalg.norm(a - b) > 20
+
+
 def test_curves_stand_out_from_their_ground():
     day, night = palette.PAGE["ground"]
     for one in palette.SERIES:
@@ -103,6 +112,22 @@ def test_curves_stand_out_from_their_ground():
             assert (light + 0.05) / (dark + 0.05) > 3  # WCAG 2, graphics
 
 
+def _slice(look):
+    first, every = look["markevery"]
+    return first, None, every
+
+
+def test_a_curve_of_a_given_colour_has_no_dashes():
+    """Dashes in the cycle would reach every curve that names a colour alone."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    with rc_context(palette.style()):
+        axes = Figure().subplots()
+        lines = [axes.plot([0, 1], c=palette.INK)[0] for _ in range(3)]
+    assert {line.get_linestyle() for line in lines} == {"-"}
+
+
 def test_curves_are_apart_without_colour():
     for part in ("dash", "marker"):
         assert len({getattr(one, part) for one in palette.SERIES}) == len(
@@ -110,8 +135,9 @@ def test_curves_are_apart_without_colour():
         )
     many = [palette.look_of(n) for n in range(36)]
     assert len({(look["c"], look["marker"]) for look in many}) == 36
-    first = [palette.spaced(n, 7)["markevery"][0] for n in range(7)]
-    assert np.diff(first) == pytest.approx(1 / 70)
+    marked = [range(1000)[slice(*_slice(palette.spaced(n, 7, 1000)))] for n in range(7)]
+    assert all(len(one) == 10 for one in marked)
+    assert len({point for one in marked for point in one}) == 70
 
 
 COLOURED = {"c", "color", "colors", "fc", "ec", "mfc", "mec", "ecolor", "facecolor",

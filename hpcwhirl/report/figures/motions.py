@@ -196,8 +196,9 @@ def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
     colours = colormaps[palette.SEQUENTIAL](np.linspace(0, 0.9, amplitude.shape[1]))
     for k in reversed(range(amplitude.shape[1])):
         colour = {0: palette.ORANGE, 1: palette.BLUE}.get(k, colours[k])
-        look = palette.spaced(k, amplitude.shape[1]) | {"c": colour}
-        axes.plot(time[::step], amplitude[::step, k], **look,
+        shown = time[::step], amplitude[::step, k]
+        look = palette.spaced(k, amplitude.shape[1], len(shown[0])) | {"c": colour}
+        axes.plot(*shown, **look,
                   lw=0.9 if k < 2 else 0.5, label=f"{k}")  # fmt: skip
 
 
@@ -247,7 +248,7 @@ def draw_ledger(cases: Results, case: int) -> Any:
     }
     figure, axes = new_figure((10, 5))
     for place, (name, values) in enumerate(terms.items()):
-        look = palette.spaced(place, len(terms)) | {"lw": 1.0}
+        look = palette.spaced(place, len(terms), len(time)) | {"lw": 1.0}
         axes.plot(time, np.where(values > 0.0, values, np.nan), **look, label=name)
         if (values < 0.0).any():
             axes.plot(time, np.where(values < 0.0, -values, np.nan),
@@ -301,10 +302,12 @@ def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
     step = max(1, len(traces["time"]) // MOST_POINTS)
     time = traces["time"][::step]
     for place, name in enumerate(("$X_o$", "$Y_o$")):
-        axes[0].plot(time, 1e3 * traces["centre"][::step, place], lw=0.5, label=name)
+        look = palette.spaced(place, 2, len(time)) | {"lw": 0.5}
+        axes[0].plot(time, 1e3 * traces["centre"][::step, place], **look, label=name)
     axes[0].set(ylabel="centre, mm (static)", title=title_of(row))
-    for name in ("energy", "fed", "lost"):
-        axes[1].plot(time, np.abs(traces[name][::step]), lw=0.8, label=name)
+    for place, name in enumerate(("energy", "fed", "lost")):
+        look = palette.spaced(place, 3, len(time)) | {"lw": 0.8}
+        axes[1].plot(time, np.abs(traces[name][::step]), **look, label=name)
     moved = any(np.any(traces[name]) for name in ("energy", "fed", "lost"))
     axes[1].set(
         ylabel=f"{TRACES['energy'].unit} (absolute value)",
@@ -313,7 +316,8 @@ def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
     if tips is not None:
         for place, name in enumerate(("radial", "tangential")):
             peak = np.abs(1e3 * tips[::step, :, place]).max(axis=1)
-            axes[2].plot(time, peak, lw=0.5, label=f"largest {name}")
+            look = palette.spaced(place, 2, len(time)) | {"lw": 0.5}
+            axes[2].plot(time, peak, **look, label=f"largest {name}")
         axes[2].set(ylabel="tips, mm (rotating)")
     for panel in axes:
         panel.axvline(row["end_time"] - row["window"], c=palette.GREY, ls=":", lw=0.8)

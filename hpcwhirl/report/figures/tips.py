@@ -327,11 +327,13 @@ def draw_stress(cases: Results, case: int, *, transient: bool = False) -> Any:
     order = np.argsort(-most.max(axis=0), kind="stable")[:MOST_LINES]
     step = max(1, len(time) // MOST_POINTS)
     figure, (over, around) = new_figure((11, 7.5), 2)
-    for point in order.tolist():
+    shown = time[::step]
+    for place, point in enumerate(order.tolist()):
         blade = int(most[:, point].argmax())
         told = f"{own.names[point]}: {most[blade, point]:.4g} MPa, blade {blade}"
-        over.plot(time[::step], stress[::step, blade, point], lw=0.7, label=told)
-        around.plot(most[:, point], ".-", lw=0.7)
+        look = palette.spaced(place, len(order), len(shown)) | {"lw": 0.7}
+        over.plot(shown, stress[::step, blade, point], **look, label=told)
+        around.plot(most[:, point], **palette.look_of(place) | {"ms": 3, "lw": 0.7})
     kind = "von Mises stress" if own.rows.shape[2] > 1 else "stress"
     over.set(xlabel=axis_of("time"), ylabel=f"{kind}, MPa\n(each on its blade)")
     around.set(xlabel="blade", ylabel=f"largest {kind}, MPa\n(in size, in any sample)")
