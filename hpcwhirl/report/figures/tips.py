@@ -213,6 +213,7 @@ def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
         look = _scale(own)
         bars = [_rows_over_time(panels[part], edges, own[:, :, middle], look)]
         panels[part].set_ylabel("blade")
+        panels[part].yaxis.set_major_locator(MaxNLocator(integer=True))
         if points:
             axes = panels[2 + part]
             bars.append(_rows_over_time(axes, edges, own[:, blade], look))
@@ -327,12 +328,12 @@ def draw_stress(cases: Results, case: int, *, transient: bool = False) -> Any:
     order = np.argsort(-most.max(axis=0), kind="stable")[:MOST_LINES]
     step = max(1, len(time) // MOST_POINTS)
     figure, (over, around) = new_figure((11, 7.5), 2)
-    shown = time[::step]
+    when = time[::step]
     for place, point in enumerate(order.tolist()):
         blade = int(most[:, point].argmax())
         told = f"{own.names[point]}: {most[blade, point]:.4g} MPa, blade {blade}"
-        look = palette.spaced(place, len(order), len(shown)) | {"lw": 0.7}
-        over.plot(shown, stress[::step, blade, point], **look, label=told)
+        look = palette.spaced(place, len(order), len(when)) | {"lw": 0.7}
+        over.plot(when, stress[::step, blade, point], **look, label=told)
         around.plot(most[:, point], **palette.look_of(place) | {"ms": 3, "lw": 0.7})
     kind = "von Mises stress" if own.rows.shape[2] > 1 else "stress"
     over.set(xlabel=axis_of("time"), ylabel=f"{kind}, MPa\n(each on its blade)")
