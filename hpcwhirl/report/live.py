@@ -54,7 +54,7 @@ class Live(ThreadingHTTPServer):
     word : first part of all paths
     page, state : bytes of the page; what is told of the campaign
     asked : time of the last request, s, of `time.monotonic`
-    is_told : whether a page has been told that the campaign has ended
+    is_told : whether the last page has been told that the campaign has ended
     """
 
     daemon_threads = True
@@ -88,10 +88,11 @@ class Answer(BaseHTTPRequestHandler):
         self.server.asked = time.monotonic()
         if self.path == f"/{self.server.word}/":
             self._send("text/html; charset=utf-8", self.server.page)
-        elif self.path == f"/{self.server.word}/state":
+        elif self.path.partition("?")[0] == f"/{self.server.word}/state":
             state = self.server.state
             self._send("application/json", json.dumps(state.__dict__).encode())
-            self.server.is_told |= state.over
+            shown = self.path.endswith(f"?version={state.version}")
+            self.server.is_told |= state.over and shown
         else:
             self.send_error(404)
 
@@ -162,9 +163,9 @@ def _follow(live: Live, directory: Directory, gathered: Callable[[], None]) -> N
 def _is_needless(live: Live, last: float) -> bool:
     """Return whether the server can end; last : time at which the page was made."""
     now = time.monotonic()
-    if live.state.over and (live.is_told or now - last > GRACE):
+    if live.state.over and (live.is_told or now - live.asked > GRACE):
         return True
-    return now - live.asked > QUIET
+    return now - (last if live.state.over else live.asked) > QUIET
 
 
 def _renew(

@@ -56,6 +56,7 @@ def served(going, monkeypatch):
         thread.join(0.05)
     yield addresses[0], thread, end
     end()
+    monkeypatch.setattr(live, "GRACE", 0.0)
     thread.join(60)
     assert told == ["4 of 4 cases have ended"]
 
@@ -84,6 +85,10 @@ def test_the_server_follows_the_journals_and_ends_with_the_campaign(served):
     while not (state := json.loads(get(address, "state")[1]))["over"]:
         assert thread.is_alive()
     assert state["version"] == 2
+    thread.join(1)  # a page that shows less has not been told of the last one
+    assert thread.is_alive()
+    assert get(address)[1].count('data-version="2"') == 1
+    get(address, "state?version=2")
     thread.join(60)
     assert not thread.is_alive()
     with pytest.raises(OSError, match="refused"):
@@ -143,7 +148,7 @@ def test_the_command_prints_the_address_and_ends(going):
     with subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                           text=True) as process:  # fmt: skip
         address = process.stdout.readline().strip()
-        assert json.loads(get(address, "state")[1])["over"]
+        assert json.loads(get(address, "state?version=1")[1])["over"]
         assert process.wait(60) == 0
         assert "the server has ended: 4 of 4 cases" in process.stderr.read()
 

@@ -9,7 +9,7 @@
   async function ask() {
     let state;
     try {
-      state = await (await fetch("state", { cache: "no-store" })).json();
+      state = await (await fetch(`state?version=${line.dataset.version}`, { cache: "no-store" })).json();
     } catch {
       line.textContent = "The server has ended; the page shows what it showed last.";
       return;
