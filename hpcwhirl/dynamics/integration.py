@@ -14,7 +14,6 @@ from hpcwhirl.case.limits import beat_of
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.dynamics.bodies.motion import BODIES
-from hpcwhirl.dynamics.kernels.kernel_types import DenseBody
 from hpcwhirl.dynamics.kernels.loop.wave_types import (
     FlowRows,
     PointRows,
@@ -77,7 +76,7 @@ def integration_of(case: Case) -> Integration:
     model, scene = lean.model, lean.scene
     rotor: Any = scheme_of(model, scene, beat_of(model, scene)).arrays.rotor
     by = WAYS.get(type(getattr(rotor, "rows", None)), MODES)
-    if isinstance(rotor, DenseBody):
+    if scene.solver.scheme == "paper":
         by = MATRICES
     if by != MODES or scene.solver.scheme != DEFAULT:
         return Integration(scheme=scene.solver.scheme, by=by, why="", no_waves=[])

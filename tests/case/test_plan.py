@@ -13,7 +13,7 @@ from hpcwhirl.case.plan import folded_model, folds_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
+from hpcwhirl.dynamics.kernels.kernel_types import Body
 from hpcwhirl.dynamics.kernels.vectors import widths
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.waves import turning_waves, whole_waves
@@ -132,7 +132,7 @@ def test_all_sectors_are_marched_where_waves_are_not_told_apart(monkeypatch):
     march = March(resolve(scene(nodal_diameter=2, rotation="full", modes=44)))
     assert march.case.plan.folds == 2
     assert march.lean.model.folds == 1
-    assert isinstance(march.scheme.arrays.rotor, CoupledBody)
+    assert isinstance(march.scheme.arrays.rotor, Body)
 
 
 def test_a_model_folds_by_its_symmetry_only():

@@ -24,7 +24,7 @@ from hpcwhirl.dynamics.bodies.timestep import recursion
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.compiled import kernel
-from hpcwhirl.dynamics.kernels.kernel_types import ModalBody
+from hpcwhirl.dynamics.kernels.kernel_types import Body
 from hpcwhirl.dynamics.kernels.loop import bounded, circulant, whole
 from hpcwhirl.dynamics.kernels.loop.circulant import folded
 from hpcwhirl.dynamics.kernels.loop.flight import LESS
@@ -36,7 +36,7 @@ from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.store.hdf5 import write_arrays
 
-KINDS = {"modal": PointsRotor, "general": ModalBody}
+KINDS = {"modal": PointsRotor, "general": Body}
 MODES = {1: 6, 2: 8, 7: 30, 12: 54, 22: 110, 30: 60}
 read_near, farthest = (  # parts, for Python
     kernel(part.py_func) for part in (whole.read_near, bounded.farthest_point)

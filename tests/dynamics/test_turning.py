@@ -15,7 +15,7 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS
 from hpcwhirl.dynamics.kernels import keep_inverse
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.contact import LAST
-from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
+from hpcwhirl.dynamics.kernels.kernel_types import Body
 from hpcwhirl.dynamics.kernels.loop.bounded import points_space
 from hpcwhirl.dynamics.kernels.loop.flight import LESS
 from hpcwhirl.dynamics.kernels.loop.wave_types import PointsRotor, SlotRotor
@@ -57,7 +57,7 @@ def kicked(march, speeds, seed=1):
     velocity = np.zeros(len(body.omega))
     own = np.argsort(body.omega, kind="stable")[: len(speeds)]
     velocity[own] = np.asarray(speeds) * np.random.default_rng(seed).choice([-1, 1])
-    if isinstance(march.scheme.arrays.rotor, CoupledBody):
+    if isinstance(march.scheme.arrays.rotor, Body):
         march.state.d_b[:] = step * velocity[by_diameter(body)[0]]
         return velocity
     if isinstance(march.scheme.arrays.rotor, PointsRotor):

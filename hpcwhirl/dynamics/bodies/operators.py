@@ -12,13 +12,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.bodies.pulse import pulse_load
 from hpcwhirl.dynamics.bodies.timestep import recursion
 from hpcwhirl.dynamics.bodies.turning import (
     ALIKE,
-    circling_matrices,
+    Outputs,
+    Turning,
+    body_of,
+    circling,
     coupled_body,
     standing,
     turning,
@@ -27,15 +30,14 @@ from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
 from hpcwhirl.dynamics.kernels.kernel_types import (
     NOTHING,
     Arrays,
+    Body,
     Contact,
-    CoupledBody,
-    DenseBody,
     Layer,
     Load,
-    ModalBody,
     Points,
     Ring,
     Rods,
+    Stand,
 )
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
@@ -44,18 +46,7 @@ from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.scene import Scene, contact_laws
 from hpcwhirl.structure import FourierOperator
 
-LANES = 4  # modes that the kernel sums at a time; padding modes never move
 EMPTY = np.zeros((0, 0))  # matrix of a body that is absent
-
-
-def _padded(array: Floats, axis: int) -> Floats:
-    """Return a contiguous copy of an array, padded with 0 along one axis.
-
-    The length along the axis becomes a multiple of `LANES`.
-    """
-    extra = -array.shape[axis] % LANES
-    widths = [(0, extra if a == axis else 0) for a in range(array.ndim)]
-    return np.ascontiguousarray(np.pad(array, widths))
 
 
 def friction_with_sign(scene: Scene, speed: float | None = None) -> float:
@@ -69,50 +60,54 @@ def friction_with_sign(scene: Scene, speed: float | None = None) -> float:
     return float(scene.coefficient_at(own) * np.sign(own))
 
 
-def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBody:
-    """Return the time loop's arrays of a body as uncoupled modes.
+def _modal_body(body: ModalModel | None, step: float, rows: Outputs) -> Body:
+    """Return the time loop's arrays of a body as uncoupled modes, a block for each.
 
-    body, step : the modes; None for a rigid casing, whose arrays are empty; dt, s
-    rows : the arrays `read`, `radial` and `tangential` of `ModalBody`
+    body, step : the modes; None for a rigid casing, which has none; dt, s
     """
     omega = body.omega if body else np.zeros(0)
-    damping = body.ratios if body else np.zeros(0)
-    keep, pull, give = recursion(omega, damping, step)
-    rate = 2 * damping * omega / (4 * step)
-    numbers = (_padded(a, 0) for a in (keep, pull, give, rate, omega))
-    return ModalBody._make([*numbers, *rows])
+    ratios = body.ratios if body else np.zeros(0)
+    keep, pull, give = recursion(omega, ratios, step)
+    mass, damping = np.ones(len(omega)), 2 * ratios * omega
+    matrices = Turning(keep, pull, give, mass, omega**2, damping, NOTHING)
+    return body_of(matrices, np.arange(len(omega) + 1), rows)
 
 
-def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> DenseBody:
+def _dense_body(body: ModalModel | None, step: float, rows: Outputs) -> Body:
     """Return the time loop's arrays of a body as dense matrices.
 
-    body : matrices of the body; None: a rigid casing, whose arrays are empty
+    body : matrices of the body; None: a rigid casing, which has none
     step : dt, s
-    places : indices of the radial, of the tangential, and of the centre's coordinates
     """
     if body is None:
-        return DenseBody._make([*(EMPTY,) * 7, ALIKE, *places, NOTHING])
+        return _modal_body(None, step, rows)
     damping = body.damping_matrix()
     left = body.mass / step**2 + damping / (2 * step)
     right = body.mass / step**2 - damping / (2 * step)
     inverse = np.linalg.solve(left, np.eye(len(left)))
-    dense = (inverse @ right, inverse @ body.stiffness, (inverse + inverse.T) / 2)
-    matrices = (*dense, body.mass, body.stiffness, damping)
-    stored = (np.ascontiguousarray(m.T) for m in matrices)
-    return DenseBody._make([*stored, EMPTY, ALIKE, *places, NOTHING])
+    matrices = Turning(
+        inverse @ right, inverse @ body.stiffness, (inverse + inverse.T) / 2,
+        body.mass, body.stiffness, damping, EMPTY,
+    )  # fmt: skip
+    return _one_block(matrices, rows)
 
 
-def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
-    """Return the time loop's arrays of a rotor with terms of rotation, as matrices.
+def _turning_body(model: Model, scene: Scene, rows: Outputs) -> Body:
+    """Return the time loop's arrays of a rotor with terms of rotation, as matrices."""
+    step, still = turning(model, scene), circle(model, scene)
+    stand = standing(model, scene, step.inverse, np.eye(len(step.keep)))
+    if still is None:
+        return _one_block(step, rows, stand)
+    padded = Outputs._make(np.pad(part, ((0, 0), (0, 1))) for part in rows)
+    body = _one_block(circling(step, still), padded, stand)
+    return body._replace(still=np.append(still, 1.0))
 
-    places : indices of the radial, of the tangential, and of the centre's coordinates
-    """
-    step = turning(model, scene)
-    stand = standing(model, scene, step.inverse, np.eye(len(model.rotor.mass)))
-    stored = (np.ascontiguousarray(m.T) for m in step)
-    body = DenseBody._make([*stored, stand, *places, NOTHING])
-    steady = circle(model, scene)
-    return body if steady is None else circling_matrices(body, steady)
+
+def _one_block(step: Turning, rows: Outputs, stand: Stand = ALIKE) -> Body:
+    """Return the time loop's arrays of a body as matrices; `step` : of `Turning`."""
+    starts = np.array([0, len(step.keep)])
+    blocks = Turning._make(np.ascontiguousarray(part.T).ravel() for part in step)
+    return body_of(blocks, starts, rows, stand)
 
 
 def rotor_compliance(model: Model, scene: Scene, mu: float) -> Floats:
@@ -196,22 +191,18 @@ def modal_arrays(model: Model, scene: Scene) -> Arrays:
     If the terms of rotation are included, they couple the rotor's modes.
     """
     step = scene.solver.time_step
-    radial, tangential = contact_rows(model.rotor, model.blades)
-    hub = centre_rows(model.rotor, model.blades)
-    outputs = np.ascontiguousarray(_padded(np.vstack([radial, hub]), 1).T)
-    tips = _padded(radial, 1), _padded(tangential, 1)
-    rotor: ModalBody | CoupledBody
     if model.rotor.spin is None:
-        rotor = _modal_body(model.rotor, step, outputs, *tips)
+        hub = centre_rows(model.rotor, model.blades)
+        own = Outputs(*contact_rows(model.rotor, model.blades), hub)
+        rotor = _modal_body(model.rotor, step, own)
     else:
         rotor = coupled_body(model, scene)
-    outward, along, lobes = EMPTY, EMPTY, np.zeros(0)
+    beside, lobes = Outputs(EMPTY, EMPTY, EMPTY), np.zeros(0)
     if model.casing is not None and model.ring is not None:
-        shapes = _padded(model.casing.shapes, 1)
-        outward, along = shapes[model.ring.radial], shapes[model.ring.tangential]
+        shapes, ring = model.casing.shapes, model.ring
+        beside = Outputs(shapes[ring.radial], shapes[ring.tangential], shapes[:0])
         lobes = pulse_load(model, scene) @ shapes
-    read = np.ascontiguousarray(outward.T)
-    casing = _modal_body(model.casing, step, read, outward, along)
+    casing = _modal_body(model.casing, step, beside)
     load = Load(scene.force, scene.pulse, lobes)
     return Arrays(load, rotor, casing, contact_operators(model, scene))
 
@@ -233,16 +224,21 @@ def dense_arrays(model: Model, scene: Scene) -> Arrays:
             f"'{scene.engine.casing.families}' and "
             f"'{scene.engine.casing.discretization}'"
         )
-    step = scene.solver.time_step
-    none, free = np.zeros(0, np.int64), has_centre(model.rotor, model.blades)
-    hub = 2 * model.blades + np.arange(2 * free)
-    places = (model.ring.radial, model.ring.tangential) if model.ring else (none, none)
-    rotor_places = *model.places, hub
+    step, size = scene.solver.time_step, len(model.rotor.mass)
+    hub = np.zeros((2, size))
+    if has_centre(model.rotor, model.blades):
+        hub[[0, 1], [2 * model.blades, 2 * model.blades + 1]] = 1.0
+    radial, tangential = (np.eye(size)[places] for places in model.places)
+    own = Outputs(radial, tangential, hub)
     if model.rotor.spin is None:
-        rotor = _dense_body(model.rotor, step, *rotor_places)
+        rotor = _dense_body(model.rotor, step, own)
     else:
-        rotor = _turning_body(model, scene, *rotor_places)
-    casing = _dense_body(model.casing, step, *places, none)
+        rotor = _turning_body(model, scene, own)
+    beside = Outputs(EMPTY, EMPTY, EMPTY)
+    if model.casing is not None and model.ring is not None:
+        one, ring = np.eye(len(model.casing.mass)), model.ring
+        beside = Outputs(one[ring.radial], one[ring.tangential], one[:0])
+    casing = _dense_body(model.casing, step, beside)
     load = Load(scene.force, scene.pulse, pulse_load(model, scene))
     return Arrays(load, rotor, casing, contact_operators(model, scene))
 

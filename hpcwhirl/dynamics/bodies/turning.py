@@ -19,13 +19,14 @@ each harmonic h, which vary as cos h Omega t and sin h Omega t, add its Re xi an
 -Im xi.
 
 matrices: the coordinates are x, and the column of s in A^-1 K is -A^-1 F. Energy and
-loss are those of x less `DenseBody.still`, (x_s, 1), that is of y: the potential of the
+loss are those of x less `Body.still`, (x_s, 1), that is of y: the potential of the
 force is included.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -35,7 +36,7 @@ from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import has_steady, steady
 from hpcwhirl.dynamics.bodies.motion import CentralSteps
-from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, Stand
+from hpcwhirl.dynamics.kernels.kernel_types import NOTHING, Body, Stand
 from hpcwhirl.dynamics.kernels.standing import (
     add_support,
     at_support,
@@ -54,7 +55,7 @@ from hpcwhirl.scene import Scene
 EPSILON = float(np.finfo(float).eps)
 
 
-def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
+def circling_modes(body: Body, model: Model, scene: Scene) -> Body:
     """Add modes that represent the orbit of an unbalanced rotor to its kernel arrays.
 
     The orbit is the motion without contact: on equal supports a circle, x_s, see
@@ -70,6 +71,7 @@ def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody
         keep=np.append(body.keep, pulls > 0.0),
         pull=np.append(body.pull, pulls),
         give=np.append(body.give, none),
+        mass=np.append(body.mass, none),
         stiffness=np.append(body.stiffness, none),
         damping=np.append(body.damping, none),
         push=np.append(body.push, none),
@@ -115,7 +117,7 @@ def amplitudes_at(steps: int, model: Model, scene: Scene) -> tuple[Floats, Float
     return np.append(1.0, q), np.append(0.0, d)
 
 
-def jitter(body: DenseBody, model: Model, step: float) -> tuple[float, float]:
+def jitter(body: Body, model: Model, step: float) -> tuple[float, float]:
     """Return energy, J, and squared motion of the centre, m^2, due to round-off.
 
     They are upper bounds for one step of scheme `paper` of an unbalanced rotor. A step
@@ -129,31 +131,29 @@ def jitter(body: DenseBody, model: Model, step: float) -> tuple[float, float]:
     sqrt(2 c E) away, c being its static compliance. Errors of different steps are
     independent, so that their energies add.
 
-    body : result of `circling_matrices`
+    body : as matrices of one block, with the coordinate of `circling`
     step : dt, s
     """
     still, hub = np.abs(body.still), 2 * model.blades
-    error = EPSILON * (len(still) * np.abs(body.pull).T @ still + still)
-    held = np.abs(body.mass) / step**2 + np.abs(body.stiffness)
-    energy = 0.5 * float(error @ held @ error)
+    pull, mass, stiffness = (
+        np.abs(whole(part)) for part in (body.pull, body.mass, body.stiffness)
+    )
+    error = EPSILON * (len(still) * pull @ still + still)
+    energy = 0.5 * float(error @ (mass / step**2 + stiffness) @ error)
     own = model.rotor.stiffness
     soft = np.linalg.solve(own, np.eye(len(own))[:, hub])[hub]
     return energy, 2.0 * float(soft) * energy
 
 
-def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
-    """Add the coordinate s = 1, for the unbalance's force, to a rotor's dense matrices.
+def circling(step: Turning, places: Floats) -> Turning:
+    """Add the coordinate s = 1, for the unbalance's force, to a rotor's matrices.
 
     places : (n,), displacement of the circle, x_s, m, in the rotor's coordinates
     """
     size = len(places)
-    names = ("keep", "pull", "inverse", "mass", "stiffness", "damping", "push")
-    plain = {name: np.zeros((size + 1, size + 1)) for name in names}
-    for name in names:
-        plain[name][:size, :size] = getattr(body, name)  # stored transposed
-    plain["pull"][size, :size] = -places @ body.pull
-    placed = body.stand, body.radial, body.tangential, body.centre, np.append(places, 1)
-    return DenseBody._make([*(plain[name] for name in names), *placed])
+    padded = Turning._make(np.pad(matrix, (0, 1)) for matrix in step)
+    padded.pull[:size, size] = -step.pull @ places
+    return padded
 
 
 NONE = np.zeros((0, 0))  # for a rotor without such supports
@@ -392,7 +392,53 @@ def by_diameter(body: ModalModel) -> tuple[Integers, Integers]:
     return order, np.append(first, len(order))
 
 
-def coupled_body(model: Model, scene: Scene) -> CoupledBody:
+def by_blocks(matrix: Floats, starts: Integers) -> Floats:
+    """Return the diagonal blocks of a matrix (n, n) as the kernel has them.
+
+    starts : (b + 1,), first coordinate of each block, and n
+    """
+    ends = itertools.pairwise(starts.tolist())
+    return np.concatenate([NOTHING, *(matrix[a:b, a:b].T.ravel() for a, b in ends)])
+
+
+def whole(block: Floats) -> Floats:
+    """Return the matrix (n, n) of a body that is one block, from the kernel's array."""
+    size = math.isqrt(len(block))
+    return block.reshape(size, size).T
+
+
+class Outputs(NamedTuple):
+    """Displacements for unit values of a body's n coordinates.
+
+    Attributes
+    ----------
+    radial, tangential : (r, n), of the contact points or the ring's coordinates
+    hub : (2, n), x_o, y_o of a rotor; (0, n) of a casing
+    """
+
+    radial: Floats
+    tangential: Floats
+    hub: Floats
+
+
+def body_of(
+    step: Turning, starts: Integers, rows: Outputs, stand: Stand = ALIKE
+) -> Body:
+    """Return the kernel's arrays of a body.
+
+    step : its matrices as the kernel has them, see `by_blocks`
+    starts, rows : as in `by_blocks`; what the body moves
+    stand : forces of supports that no constant matrix represents
+    """
+    read = np.ascontiguousarray(np.vstack([rows.radial, rows.hub]).T)
+    radial, tangential = map(np.ascontiguousarray, (rows.radial, rows.tangential))
+    return Body(
+        step.keep, step.pull, step.inverse, step.mass, step.stiffness, step.damping,
+        step.push, starts, int(starts[-1]), read, radial, tangential, stand,
+    )  # fmt: skip
+
+
+def coupled_body(model: Model, scene: Scene) -> Body:
     """Return the kernel's arrays of a rotor as modes at rest, coupled by rotation.
 
     With an unbalance they include modes that represent its circle x_s, see
@@ -401,29 +447,14 @@ def coupled_body(model: Model, scene: Scene) -> CoupledBody:
     order, starts = by_diameter(model.rotor)
     shapes = model.rotor.shapes[:, order]
     step = turning(model, scene, shapes)
-
-    def blocks(matrix: Floats) -> Floats:
-        ends = itertools.pairwise(starts)
-        return np.concatenate([matrix[a:b, a:b].T.ravel() for a, b in ends])
-
     radial, tangential = (
         rows[:, order] for rows in contact_rows(model.rotor, model.blades)
     )
     hub = centre_rows(model.rotor, model.blades)[:, order]
-    body = CoupledBody(
-        keep=blocks(step.keep),
-        pull=blocks(step.pull),
-        give=blocks(step.inverse),
-        stiffness=blocks(step.stiffness),
-        damping=blocks(step.damping),
-        push=blocks(step.push),
-        starts=starts,
-        own=len(order),
-        read=np.ascontiguousarray(np.vstack([radial, hub]).T),
-        radial=np.ascontiguousarray(radial),
-        tangential=np.ascontiguousarray(tangential),
-        stand=standing(model, scene, step.inverse, shapes),
-    )
+    same = step._replace(mass=np.eye(len(order)))
+    blocks = Turning._make(by_blocks(matrix, starts) for matrix in same)
+    stand = standing(model, scene, step.inverse, shapes)
+    body = body_of(blocks, starts, Outputs(radial, tangential, hub), stand)
     if has_steady(scene) and law_of(scene) is None:
         return circling_modes(body, model, scene)
     return body

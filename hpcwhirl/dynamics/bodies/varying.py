@@ -6,7 +6,7 @@ modes at rest, one for each nodal diameter. The run is divided into intervals
 the motion due to f_0, the forces of the unbalance and Euler's forces on the blades; it
 begins with the circle of the unbalance at the first speed. y is the motion due to
 contact. At a constant speed r is that circle, and y the motion about it, as in
-`case.unbalance`. Both are integrated by the same scheme, see `kernels.oracle.coupled`.
+`case.unbalance`. Both are integrated by the same scheme, see `kernels.oracle.body`.
 
 From one interval to the next the motion is continuous, while the matrices of its energy
 change: the change of the energy of y is entered as work of the loading.
@@ -29,7 +29,7 @@ from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
 from hpcwhirl.dynamics.bodies.motion import CentralSteps
 from hpcwhirl.dynamics.bodies.turning import by_diameter
-from hpcwhirl.dynamics.kernels.kernel_types import BodiesState, CoupledBody
+from hpcwhirl.dynamics.kernels.kernel_types import BodiesState, Body
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.supports import planar
@@ -157,7 +157,7 @@ class DrivenRotor:
             push = push + back @ planar(1j * held.imag) @ rows
         return gyro, damping, stiffness, push
 
-    def set(self, body: CoupledBody, interval: Interval) -> None:
+    def set(self, body: Body, interval: Interval) -> None:
         """Set the kernel's arrays of the rotor to those of an interval of speed."""
         step, speed, rate = self.step, interval.speed, interval.rate
         pull = (speed**2 - 1j * rate) * self.moment
@@ -191,7 +191,7 @@ class DrivenRotor:
         out[self.alike] += values[len(out) :]
         return out
 
-    def compliance(self, body: CoupledBody, mu: float) -> Floats:
+    def compliance(self, body: Body, mu: float) -> Floats:
         """Return the rotor's part of the Delassus matrix at this speed, (N, N), m/N.
 
         body : the kernel's arrays of the rotor
@@ -206,7 +206,7 @@ class DrivenRotor:
             out += moved.sum(axis=0)
         return out
 
-    def dense(self, body: CoupledBody) -> tuple[Floats, Floats, Floats]:
+    def dense(self, body: Body) -> tuple[Floats, Floats, Floats]:
         """Return a step's matrices, keep and pull, and its increment by the force f_0.
 
         keep and pull are (m, m), as in `turning.Turning`, with the force -(dOmega/dt) C
@@ -228,7 +228,7 @@ class DrivenRotor:
         return out[0], out[1], moved
 
 
-def driven(body: CoupledBody, rotor: DrivenRotor) -> CoupledBody:
+def driven(body: Body, rotor: DrivenRotor) -> Body:
     """Return the kernel's arrays of a rotor of changing speed, with modes for r added.
 
     r is the motion without contact. Arrays that depend on the speed are 0 until
@@ -248,6 +248,7 @@ def driven(body: CoupledBody, rotor: DrivenRotor) -> CoupledBody:
     force, work = np.zeros((2, int(starts[-1])))
     return body._replace(
         **blocks,
+        mass=np.append(body.mass, np.zeros(size)),
         starts=starts,
         read=np.vstack([body.read, body.read[rotor.alike]]),
         radial=radial,
@@ -271,7 +272,7 @@ class DrivenSteps:
     """
 
     rotor: DrivenRotor
-    body: CoupledBody
+    body: Body
     step: float
 
     def unforced(self) -> CentralSteps:

@@ -47,7 +47,7 @@ COUNTERS = 14  # number of counters
 # cumulative work fed, its part by friction, energy lost, J; see `History.judged`
 AT_X, AT_Y, OF_ROTOR, OF_CASING, WAS_FED, WAS_RUBBED, WAS_LOST = range(7)
 COLUMNS = 7  # number of columns of the evidence at constant speed
-BESIDE_X, BESIDE_Y, OF_WHOLE = range(COLUMNS, COLUMNS + 3)  # see `verbs.note_beside`
+BESIDE_X, BESIDE_Y, OF_WHOLE = range(COLUMNS, COLUMNS + 3)  # see `oracle.body`
 LOOK_EVERY = 32  # steps between two checks of the tips' displacements
 SLIP_EVERY = 8  # one of so many steps with contact is checked for slip
 FLUSH_EVERY = 256  # steps between two searches for tiny amplitudes, see `flush`

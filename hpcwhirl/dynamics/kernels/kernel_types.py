@@ -107,7 +107,7 @@ class Tracks(NamedTuple):
     casing : (samples, width), the `width` scheme's casing coordinates; (0, width) if
         not kept
     evidence : (rows, COLUMNS), see `contact`; for a changing speed with the further
-        columns of `verbs.note_beside`
+        columns of `oracle.body.note_beside`
     closed : (CLOSED,), J, the ledger at the last row of evidence, see `contact.CLOSED`
     worn : (samples, rods), m, worn depth of each rod of a layer; (0, rods) if not kept
     """
@@ -428,30 +428,6 @@ class ConstantSpace(NamedTuple):
     spread: Floats
 
 
-class ModalBody(NamedTuple):
-    """A body as uncoupled modes, of amplitude q and increment d = q_n - q_{n-1}.
-
-    Attributes
-    ----------
-    keep, pull, give : (m,), coefficients of a step, see `bodies.timestep.recursion`
-    rate : (m,), damping loss of a step over (q_{n+1} - q_{n-1})^2
-    omega : (m,), rad/s
-    read : (m, r), the body's r radial coordinates for unit amplitudes; of the rotor:
-        tips, x_o, y_o
-    radial, tangential : (r, m), coordinates on which multipliers and their friction
-        act, for unit amplitudes; of the rotor: tips
-    """
-
-    keep: Floats
-    pull: Floats
-    give: Floats
-    rate: Floats
-    omega: Floats
-    read: Floats
-    radial: Floats
-    tangential: Floats
-
-
 class Stand(NamedTuple):
     """Forces of s supports beyond constant matrices, see `standing`.
 
@@ -485,8 +461,11 @@ class Stand(NamedTuple):
     lift: Complexes
 
 
-class CoupledBody(NamedTuple):
-    """A rotor's modes that are coupled by its rotation, see `turning`.
+class Body(NamedTuple):
+    """A rotor or a casing in the time loop `bodies`, of n coordinates q.
+
+    They are displacements, or amplitudes of modes. Each matrix has diagonal blocks
+    only, stored one after the other, each by columns, flat.
 
     At a changing speed, see `bodies.varying`, the amplitudes of the first `own` modes
     are those of y, the motion that contact causes; the further ones are those of the
@@ -494,20 +473,25 @@ class CoupledBody(NamedTuple):
 
     Attributes
     ----------
-    keep, pull, give, stiffness, damping, push : blocks of the matrices of
-        `bodies.turning.Turning`, one for each nodal diameter, each by columns, flat
-    starts : (b + 1,), the first mode of each block, and m
-    own : number of modes that contact moves; at constant speed further ones represent
-        the circle of an unbalanced rotor
-    read : (m, N + 2), radial displacements of tips, x_o, y_o, for unit amplitudes
-    radial, tangential : (N, m), displacements of the tips for unit amplitudes
+    keep, pull, give, mass, stiffness, damping, push : blocks of the matrices of
+        `bodies.turning.Turning`, `give` those of its `inverse`; `push` is (0,) for a
+        body without circulatory forces
+    starts : (b + 1,), first coordinate of each block, and n
+    own : number of coordinates that contact moves; at constant speed further ones
+        represent the circle of an unbalanced rotor
+    read : (n, r), the body's r radial coordinates for unit coordinates q; of the rotor:
+        tips, x_o, y_o
+    radial, tangential : (r, n), coordinates on which multipliers and their friction
+        act, for unit coordinates q; of the rotor: tips
     stand : forces of supports that no constant matrix represents
-    swerve : blocks of (dOmega/dt) C, C as in `coupled`, stored like `keep`; (0,) at
+    still : (n,), coordinates at rest on the circle of an unbalanced rotor, from which
+        its energy is measured; (0,) for another body
+    swerve : blocks of (dOmega/dt) C, C as in `oracle.body`, stored like `keep`; (0,) at
         constant speed
-    force : (m,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes;
+    force : (n,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes;
         (0,) at constant speed
-    work : (m,), N/sqrt(kg), work space for the forces of the present step
-    alike : (m - own,), for each further mode, the index of the same mode among the
+    work : (n,), N/sqrt(kg), work space for the forces of the present step
+    alike : (n - own,), for each further mode, the index of the same mode among the
         first `own`
     blocks : b, number of blocks of the first modes
     """
@@ -515,6 +499,7 @@ class CoupledBody(NamedTuple):
     keep: Floats
     pull: Floats
     give: Floats
+    mass: Floats
     stiffness: Floats
     damping: Floats
     push: Floats
@@ -524,37 +509,9 @@ class CoupledBody(NamedTuple):
     radial: Floats
     tangential: Floats
     stand: Stand
+    still: Floats = NOTHING
     swerve: Floats = NOTHING
     force: Floats = NOTHING
     work: Floats = NOTHING
     alike: Integers = NO_MODES
     blocks: int = 0
-
-
-class DenseBody(NamedTuple):
-    """A body as matrices (n, n), all stored transposed, with A = M/dt^2 + D/2dt.
-
-    Attributes
-    ----------
-    keep, pull, inverse : A^-1 (M/dt^2 - D/2dt), A^-1 K, A^-1
-    mass, stiffness, damping : M, K, D
-    push : S (n, n), matrix of circulatory forces; (0, 0) for a body without them
-    stand : forces of supports that no constant matrix represents
-    radial, tangential, centre : indices of the coordinates that are radial, tangential,
-        and x_o, y_o, if the body has them
-    still : (n,), the coordinates at rest on the circle of an unbalanced rotor, from
-        which its energy is measured; (0,) for another body
-    """
-
-    keep: Floats
-    pull: Floats
-    inverse: Floats
-    mass: Floats
-    stiffness: Floats
-    damping: Floats
-    push: Floats
-    stand: Stand
-    radial: Integers
-    tangential: Integers
-    centre: Integers
-    still: Floats

@@ -32,9 +32,7 @@ from __future__ import annotations
 
 import math
 
-from hpcwhirl.dynamics.kernels import verbs
-from hpcwhirl.dynamics.kernels.compiled import does, inlined, kernel, part
-from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, ModalBody
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -325,9 +323,9 @@ def stand(body, motion, time, force):
     """Compute the forces of supports on the rotor; add their effect to a step.
 
     The increments due to it are added to motion.ahead and motion.following, the
-    predicted step without contact. This is `verbs.stand` for a body with such supports.
+    predicted step without contact.
 
-    body, motion : `DenseBody` or `CoupledBody`; `verbs.Motion`
+    body, motion : `kernel_types.Body`; `oracle.body.Motion`
     time : s, at which the supports' directions are taken
     force : (room,), N, out, rotating frame, see `add_support`
     """
@@ -349,10 +347,8 @@ def stand(body, motion, time, force):
 
 
 @part
-def yielded(body, motion, force, _):
+def yielded(body, motion, force):
     """Subtract the work of the supports' forces in a step, J, from the damping loss.
-
-    This is `verbs.yielded` for a body with such supports.
 
     force : (room,), N, as `stand` has set it
     """
@@ -361,51 +357,3 @@ def yielded(body, motion, force, _):
         both = at_support(own.hub, p, motion.d) + at_support(own.hub, p, motion.ahead)
         x, y = force[2 * p], force[2 * p + 1]
         motion.loss[0] -= 0.5 * (x * both.real + y * both.imag)
-
-
-@part
-def note_beside(body, motion, step, row):
-    """Do nothing: motion without contact at constant speed is known in closed form.
-
-    This is `verbs.note_beside` for bodies whose evidence needs no further columns.
-    """
-
-
-@does(verbs.room, CoupledBody)
-@does(verbs.room, DenseBody)
-@part
-def room_of_body(body):
-    """Return the room for the forces of a body's supports, see `room_of`."""
-    return max(2, room_of(body.stand))
-
-
-@does(verbs.room, ModalBody)
-@part
-def room_of_none(_body):
-    """Return 2: a body of uncoupled modes has no such forces."""
-    return 2
-
-
-does(verbs.stand, DenseBody)(stand)
-does(verbs.yielded, DenseBody)(yielded)
-does(verbs.note_beside, DenseBody)(note_beside)
-does(verbs.note_beside, ModalBody)(note_beside)
-
-
-@does(verbs.stand, ModalBody)
-@part
-def stand_alike(body, motion, time, force):
-    """Do nothing: a body of uncoupled modes has no forces of supports to add.
-
-    Supports that differ by direction or have a film require `rotation = "full"`.
-    """
-
-
-@does(verbs.yielded, ModalBody)
-@part
-def yielded_alike(body, motion, force, ledger):
-    """Enter no work: no further forces act on a body of uncoupled modes.
-
-    The implementation of `verbs.yielded` for such a body, which has neither supports
-    that differ by direction nor a changing speed.
-    """

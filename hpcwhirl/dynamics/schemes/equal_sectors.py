@@ -88,6 +88,7 @@ from hpcwhirl.dynamics.waves.turning_waves import (
     modal_places,
     modes_of,
 )
+from hpcwhirl.dynamics.waves.wave_motion import WaveMotion
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
@@ -132,36 +133,43 @@ def _oscillates(model: Model, step: float, *, flies: bool, turns: bool) -> bool:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Conversion between a body's modes, complex by slot, and their pairs of waves.
+    """Pairs of waves of a body's R rows of complex modes, by slot.
 
     waves : the waves, two rows for each row of modes
     steps : how the first waves move
-    before : (modes rows, k), 1/z of these
+    motion : how each pair moves its mode, (R, k, 1, 2)
     """
 
     waves: SlotWaves
     steps: Steps
-    before: Complexes
+    motion: WaveMotion
 
-    def read(self, a: Complexes) -> tuple[Complexes, Complexes]:
-        """Return amplitudes and velocities of modes, (..., rows, k), from waves."""
-        one, two = a[..., 0::2, :], a[..., 1::2, :]
-        return one + two, self.steps.rates * one + self.steps.rates.conj() * two
+    def modes(self, a: Complexes) -> tuple[Complexes, Complexes]:
+        """Return amplitudes and velocities of modes, (R, k), from those of waves.
 
-    def write(self, y: Complexes, rate: Complexes) -> tuple[Complexes, Complexes]:
-        """Return the waves of a motion, and the modes' amplitudes a step before."""
-        there = self.waves.there[0::2]
-        apart = np.where(there, 2j * self.steps.rates.imag, 1.0)
-        one = (rate - self.steps.rates.conj() * y) / apart * there
-        two = (self.steps.rates * y - rate) / apart * there
-        past = one * self.before + two * self.before.conj()
-        return np.stack([one, two], axis=1).reshape(-1, y.shape[-1]), past
+        a : (2 R, k)
+        """
+        pairs = a.reshape(-1, 2, a.shape[1]).swapaxes(1, 2)
+        x, rate = self.motion.read(pairs)
+        return x[..., 0], rate[..., 0]
+
+    def amplitudes(self, y: Complexes, rate: Complexes) -> Complexes:
+        """Return the amplitudes of the waves, (2 R, k), in a motion of the modes."""
+        pairs = self.motion.write(y[..., None], rate[..., None])
+        return np.asarray(pairs.swapaxes(1, 2).reshape(-1, y.shape[1]))
+
+    def before(self, a: Complexes) -> Complexes:
+        """Return the amplitudes of the modes a step before, (R, k), without forces."""
+        z = 1 + self.waves.ahead
+        return self.modes(a / z)[0]
 
 
 def _pairs(items: Floats, mu: float, step: float, *, flies: bool) -> Pairs:
     steps = exact_steps(items, step) if flies else differences(items, step)
-    waves = pairs_of_modes(items, mu, steps)
-    return Pairs(waves, steps, 1 / (1 + steps.ahead))
+    first = np.where(steps.there, steps.rates, 1j)[..., None]  # padding: any pair
+    rates = np.stack([first, first.conj()], axis=-1)
+    motion = WaveMotion(np.ones_like(rates), rates)
+    return Pairs(pairs_of_modes(items, mu, steps), steps, motion)
 
 
 @lru_cache(maxsize=MOST_RUBBED)
@@ -462,13 +470,13 @@ class EqualWaves(Integrator):
         """Return amplitudes and velocities of the rotor's modes at rest, (m,) each."""
         a = self._table(state, self.at.rotor_at, self.rotor)
         if self.own is not None:
-            y, v = self.own.read(a)
+            y, v = self.own.modes(a)
             q, rate = (rotor_amplitudes(self.model, _flat(part)) for part in (y, v))
             return q, rate
         waves = [a[: len(own.ahead), own.k] for own in self.diameters]
         pairs = list(zip(self.diameters, waves, strict=True))
-        q = self._of_modes([o.shapes @ w for o, w in pairs])
-        rate = self._of_modes([o.rates @ w for o, w in pairs])
+        moved = zip(*(own.motion.read(w) for own, w in pairs), strict=True)
+        q, rate = (self._of_modes(list(part)) for part in moved)
         stand, step = self.arrays.rotor.support.stand, self.scene.solver.time_step
         if len(stand.hub):
             rate = rate + added_by(stand, q, rate, steps * step)
@@ -503,7 +511,7 @@ class EqualWaves(Integrator):
         if self.beside is None:
             return np.zeros(0), np.zeros(0)
         a = self._table(state, self.at.ring_at, self.beside.waves)
-        both = np.stack([_apart(y) for y in self.beside.read(a)])
+        both = np.stack([_apart(y) for y in self.beside.modes(a)])
         angle = float(angle_at(self.scene, steps, self.scene.solver.time_step))
         q, rate = ring_amplitudes(self.model, both, np.array([angle, angle]))
         return q, rate
@@ -514,15 +522,16 @@ class EqualWaves(Integrator):
             shape = self.rotor.rows // 2, 2, self.rotor.there.shape[1]
             parts = (rotor_slots(self.model, x).reshape(shape) for x in (q, rate))
             y, v = (x[:, 0] + 1j * x[:, 1] for x in parts)
-            a, past = self.own.write(y, v)
+            a = self.own.amplitudes(y, v)
             self._lay(state, self.at.rotor_at, self.rotor, a)
-            return rotor_amplitudes(self.model, _flat(past))
+            return rotor_amplitudes(self.model, _flat(self.own.before(a)))
         stand = self.arrays.rotor.support.stand
         if len(stand.hub):
             rate = rate - included_in(stand, q, rate)
         a, before = np.zeros(self.rotor.there.shape, dtype=complex), []
         for own in self.diameters:
-            w = own.amplitudes(*(modes_of(self.model, own.k, x) for x in (q, rate)))
+            parts = (modes_of(self.model, own.k, x) for x in (q, rate))
+            w = own.motion.write(*parts)
             a[: len(w), own.k] = w
             before.append(own.shapes @ (w * own.before))
         there = self._table(state, self.at.rotor_at, self.rotor)
@@ -588,7 +597,8 @@ class EqualWaves(Integrator):
         y, v = (
             x.reshape(2, rows, -1)[0] + 1j * x.reshape(2, rows, -1)[1] for x in parts
         )
-        a, past = self.beside.write(y, v)
+        a = self.beside.amplitudes(y, v)
+        past = self.beside.before(a)
         self._lay(state, self.at.ring_at, self.beside.waves, a)
         before: Floats = ring_amplitudes(self.model, _apart(past)[None], np.zeros(1))[0]
         return before

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-import hpcwhirl.dynamics.kernels.oracle.coupled
-import hpcwhirl.dynamics.kernels.oracle.modes
-import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, law_of
 from hpcwhirl.case.unbalance import (

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-import hpcwhirl.dynamics.kernels.oracle.dense
-import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.bodies.operators import dense_arrays
 from hpcwhirl.dynamics.bodies.turning import jitter
@@ -21,7 +19,7 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
     An unbalanced rotor starts on its circle, the motion without contact.
     """
     arrays, step = dense_arrays(model, scene), scene.solver.time_step
-    places, ring = circle(model, scene), np.zeros(len(arrays.casing.keep))
+    places, ring = circle(model, scene), np.zeros(int(arrays.casing.starts[-1]))
     still = np.zeros(len(model.rotor.mass)) if places is None else places
     rotor = dense_coordinates(arrays.rotor, still, step)
     held = rotor, dense_coordinates(arrays.casing, ring, step)

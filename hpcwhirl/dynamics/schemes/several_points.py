@@ -42,7 +42,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
 from hpcwhirl.dynamics.waves.free_motion import FreeMotion
 from hpcwhirl.dynamics.waves.free_waves import free_points
 from hpcwhirl.dynamics.waves.point_arrays import TurningCasing, point_arrays
-from hpcwhirl.dynamics.waves.point_waves import PointWaves, point_waves, real_rows
+from hpcwhirl.dynamics.waves.point_waves import PointWaves, point_waves
 from hpcwhirl.dynamics.waves.slots import ring_turned
 from hpcwhirl.dynamics.waves.whole_waves import padded_blades
 from hpcwhirl.reduction.model import Model
@@ -127,7 +127,9 @@ class BothAsWaves(Integrator):
         stand = self.arrays.rotor.support.stand
         if len(stand.hub):
             rate = rate - included_in(stand, q, rate, time)
-        self.state.rotor[self.waves.places()[0]] = self.waves.rotor.write(q, rate)
+        self.state.rotor[self.waves.places()[0]] = self.waves.rotor.motion.write(
+            q, rate
+        )
 
     def _of_rotor(self, state: CyclicState, steps: int) -> tuple[Floats, Floats]:
         """Return the rotor's modal amplitudes and velocities, (m,) each, in a state.
@@ -136,7 +138,7 @@ class BothAsWaves(Integrator):
         """
         body, steady = self.waves.rotor, self.waves.steady
         own, turned = state.rotor[self.waves.places()[0]], self.waves.apart[2]
-        q, rate = (real_rows(rows) @ own for rows in (body.shapes, body.rates))
+        q, rate = body.motion.read(own)
         stand, time = self.arrays.rotor.support.stand, steps * body.step
         if len(stand.hub):
             rate = rate + added_by(stand, q, rate, time)
@@ -157,10 +159,7 @@ class BothAsWaves(Integrator):
         steps : number of time steps taken so far, from which the angle of the rotor
             follows
         """
-        body, place = self.waves.casing, self.waves.places()[1]
-        casing = (
-            real_rows(rows) @ state.rotor[place] for rows in (body.shapes, body.rates)
-        )
+        casing = self.waves.casing.motion.read(state.rotor[self.waves.places()[1]])
         angle = -self._angle(steps)
         still = (ring_turned(self.model, part, angle) for part in casing)
         rotor = self._of_rotor(state, steps)
@@ -179,7 +178,8 @@ class BothAsWaves(Integrator):
         still, rate = self._steady()
         self._write(now.rotor - still, now.rotor_rate - rate)
         if len(beside):
-            state.rotor[beside] = self.waves.casing.write(now.casing, now.casing_rate)
+            given = now.casing, now.casing_rate
+            state.rotor[beside] = self.waves.casing.motion.write(*given)
         energy = self.balance(state).energy
         state.ledger[contact.PULSE] = state.sums_b[2] = energy
         return True
@@ -207,10 +207,8 @@ class BothAsWaves(Integrator):
             getattr(state, name)[:] = getattr(was, name)
         beside, before = self.waves.places()[1], old.waves.places()[1]
         if len(beside):
-            body = old.waves.casing
-            rows = real_rows(body.shapes), real_rows(body.rates)
-            parts = (own @ was.rotor[before] for own in rows)
-            state.rotor[beside] = self.waves.casing.write(*parts)
+            parts = old.waves.casing.motion.read(was.rotor[before])
+            state.rotor[beside] = self.waves.casing.motion.write(*parts)
         self._go_on(after_loss(self.model, old.motion(was, steps)), steps)
         gained = self.balance(state).energy - old.balance(was).energy
         state.sums_b[2] += gained
@@ -269,7 +267,8 @@ class BothAsWaves(Integrator):
         q = lowering(body, model.shapes[1]) @ places
         before = self.balance(state).energy
         turned = ring_turned(model, q, self._angle(steps))
-        state.rotor[self.waves.places()[1]] += self.waves.casing.write(turned, 0.0 * q)
+        gained = self.waves.casing.motion.write(turned, 0.0 * q)
+        state.rotor[self.waves.places()[1]] += gained
         state.sums_b[2] += self.balance(state).energy - before
         self._change_gaps(state)
         chosen = folded(model.contacts, widths(model.contacts)[1])

@@ -31,13 +31,12 @@ from hpcwhirl.dynamics.bodies.operators import (
     rotor_compliance,
     unworn,
 )
-from hpcwhirl.dynamics.bodies.turning import amplitudes_at, steps_on
+from hpcwhirl.dynamics.bodies.turning import amplitudes_at, steps_on, whole
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     BodiesState,
-    CoupledBody,
-    DenseBody,
+    Body,
 )
 from hpcwhirl.dynamics.kernels.oracle.bodies import energies_of, march_bodies
 from hpcwhirl.dynamics.schemes.integrator import Balance, Integrator, nothing_yet
@@ -50,9 +49,7 @@ NONE = np.zeros((0, 0))
 
 def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
     """Return the state of the loop `kernels.oracle.bodies`, both bodies at rest."""
-    own, casing = arrays.rotor, len(arrays.casing.keep)
-    coupled = isinstance(own, CoupledBody)
-    rotor = int(own.starts[-1]) if coupled else len(own.keep)
+    rotor, casing = (int(body.starts[-1]) for body in (arrays.rotor, arrays.casing))
     gaps = model.clearances(scene.gap)
     return BodiesState(
         np.zeros(rotor), np.zeros(rotor), np.zeros(casing), np.zeros(casing),
@@ -129,7 +126,7 @@ def modal_coordinates(body: ModalModel | None, step: float) -> Coordinates:
     return Coordinates(steps, shapes, lower, np.zeros(len(shapes)))
 
 
-def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinates:
+def dense_coordinates(body: Body, still: Floats, step: float) -> Coordinates:
     """Return the relation of a body's displacements to a state that has them itself.
 
     The other relation is that to modal amplitudes, `modal_coordinates`.
@@ -138,7 +135,7 @@ def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinate
     still : (n,), m, circle x_s of an unbalanced rotor, see `case.unbalance`; else 0
     """
     size = len(still)
-    keep, pull = (part.T[:size, :size] for part in (body.keep, body.pull))
+    keep, pull = (whole(part)[:size, :size] for part in (body.keep, body.pull))
     same = np.eye(size)
     steps = steps_on(body.stand, CentralSteps(keep, pull, step))
     return Coordinates(steps, same, lambda: same, still, whole=True)
@@ -161,7 +158,7 @@ class TwoBodies(Integrator):
         held: tuple[Coordinates, Coordinates] | None = None,
     ) -> None:
         super().__init__(model, scene, arrays, _bodies(model, scene, arrays))
-        self.casing_width = len(arrays.casing.keep)
+        self.casing_width = int(arrays.casing.starts[-1])
         step = scene.solver.time_step
         each = (modal_coordinates(body, step) for body in (model.rotor, model.casing))
         self.held = held or (next(each), next(each))

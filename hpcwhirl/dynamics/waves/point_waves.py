@@ -32,6 +32,7 @@ from hpcwhirl.dynamics.waves.point_sectors import (
     with_conjugates,
 )
 from hpcwhirl.dynamics.waves.slots import ring_modes
+from hpcwhirl.dynamics.waves.wave_motion import WaveMotion
 from hpcwhirl.dynamics.waves.whole_waves import WholeWaves, whole_waves
 from hpcwhirl.reduction.bodies import contact_rows
 from hpcwhirl.reduction.model import Model
@@ -87,6 +88,11 @@ class BodyWaves:
             z = np.where(static != 0.0, self.rises / static, 0.0)
         return np.asarray(self.rises * (1 + z) / (2 * self.step))
 
+    @cached_property
+    def motion(self) -> WaveMotion:
+        """How re and im of the waves move the modes."""
+        return WaveMotion(real_rows(self.shapes), real_rows(self.rates))
+
     def turned(self, angle: float) -> BodyWaves:
         """Return the same waves, with another turn of the frame in a step, rad."""
         spin = np.expm1(1j * angle * self.spins)
@@ -124,20 +130,6 @@ class BodyWaves:
         twice = np.tile(diameter, 2)
         same = np.equal.outer(twice, twice)
         return replace(self, form=np.where(same, self.form, 0.0))
-
-    def write(self, q: Floats, rate: Floats) -> Floats:
-        """Return the amplitudes of the waves, (2 waves,), in a motion of the modes.
-
-        They are all real parts, then all imaginary parts, which are 0 for waves without
-        a conjugate.
-
-        q, rate : (m,), amplitudes and velocities of the modes
-        """
-        rates = real_rows(self.rates)
-        scale = float(np.abs(rates).max())
-        basis = np.vstack([real_rows(self.shapes), rates / scale])
-        given = np.concatenate([q, rate / scale])
-        return np.asarray(np.linalg.lstsq(basis, given, rcond=None)[0])
 
 
 def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats:

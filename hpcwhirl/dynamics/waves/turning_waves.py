@@ -27,6 +27,7 @@ from scipy.linalg import eig
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.case.unbalance import circle, swing
+from hpcwhirl.dynamics.waves.wave_motion import WaveMotion
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SpinBlock
 from hpcwhirl.reduction.waves import diameter_matrices
@@ -98,15 +99,10 @@ class _Diameter:
         """Return the factors 1 / z, (waves,), which lead a step back without forces."""
         return np.asarray(1 / (1 + self.ahead))
 
-    def amplitudes(self, x: Complexes, rate: Complexes) -> Complexes:
-        """Return the amplitudes (waves,) of the waves in a motion of the modes at rest.
-
-        x, rate : (m,) each, amplitudes and velocities of these modes
-        """
-        scale = float(np.abs(self.rates).max())
-        basis = np.vstack([self.shapes, self.rates / scale])
-        found = np.linalg.solve(basis, np.concatenate([x, rate / scale]))
-        return np.asarray(found)
+    @cached_property
+    def motion(self) -> WaveMotion:
+        """How the waves move the modes at rest."""
+        return WaveMotion(self.shapes, self.rates)
 
     def force(self, mu: float) -> Complexes:
         """Return the modal forces (m,) of a unit spectrum of the multipliers, 1 N.

@@ -2,8 +2,8 @@
 
 It serves scheme `paper`, and scheme `general` where the casing is integrated in the
 static frame: a ring of elements, or rotation that couples the rotor's modes where its
-speed changes. What a step does to each body depends on how this is represented, by
-matrices or modes: see `verbs`. The rotor is in the rotating frame.
+speed changes. What a step does to each body is in `body`. The rotor is in the rotating
+frame.
 """
 
 from __future__ import annotations
@@ -52,9 +52,7 @@ from hpcwhirl.dynamics.kernels.layer import (
     to_worn,
     wear,
 )
-from hpcwhirl.dynamics.kernels.samples import note_miss
-from hpcwhirl.dynamics.kernels.shape import is_shaped, shape_at
-from hpcwhirl.dynamics.kernels.verbs import (
+from hpcwhirl.dynamics.kernels.oracle.body import (
     Motion,
     accept,
     collect,
@@ -65,18 +63,20 @@ from hpcwhirl.dynamics.kernels.verbs import (
     predict,
     read,
     read_tips,
-    room,
     slide,
     stand,
     yielded,
 )
+from hpcwhirl.dynamics.kernels.samples import note_miss
+from hpcwhirl.dynamics.kernels.shape import is_shaped, shape_at
+from hpcwhirl.dynamics.kernels.standing import room_of
 
 
 @part
 def flush(motion):
     """Set a body's amplitudes and increments to 0 where both are below 1e-150.
 
-    Their products would be denormal numbers, which are slow. motion : `verbs.Motion`
+    Their products would be denormal numbers, which are slow. motion : `body.Motion`
     """
     q, d = motion.q, motion.d
     for m in range(len(q)):
@@ -145,7 +145,7 @@ def book_forces(motion, mu, ledger):
     Its entries ROTATION and FRICTION grow by the work of the forces motion.normal and
     mu motion.drag on the motion from step n - 1 to n + 1, halved.
 
-    motion, mu : `verbs.Motion`; friction with the sign of the speed
+    motion, mu : `body.Motion`; friction with the sign of the speed
     """
     _, d, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):
@@ -172,7 +172,7 @@ def pulse_work(push, modal, ahead, increments):
 def motion_of(q, d, loss):
     """Return the arrays of a body that a step uses: those of its state, and work space.
 
-    q, d, loss : arrays of the state, see `verbs.Motion`
+    q, d, loss : arrays of the state, see `body.Motion`
     """
     return Motion(
         q, d, loss, np.zeros_like(q), np.zeros_like(q), np.zeros_like(q),
@@ -210,8 +210,7 @@ def march_bodies(
     step, speed : dt, s; Omega, rad/s
     mu : friction coefficient times the sign of Omega
     wall, loading : `kernel_types.Wall`, `kernel_types.Load`
-    rotor, casing : types of `kernel_types`: two `DenseBody`; or a `ModalBody` or
-        `CoupledBody`, and a `ModalBody`
+    rotor, casing : `kernel_types.Body`
     contact, state, tracks : `kernel_types.Contact`, `kernel_types.BodiesState`,
         `kernel_types.Tracks`
     """
@@ -224,7 +223,7 @@ def march_bodies(
     b, c = motion_of(q_b, d_b, loss_b), motion_of(q_c, d_c, loss_c)
     u, w, tips = np.zeros(blades + 2), np.zeros(coordinates), np.zeros((blades + 1, 2))
     gaps, opened, lam = np.zeros(blades), np.zeros(blades), np.zeros(blades)
-    slid, stood = np.zeros(blades), np.zeros(room(rotor))
+    slid, stood = np.zeros(blades), np.zeros(room_of(rotor.stand))
     width = 4 if ring.kind == ELEMENTS else coordinates
     index, shape = np.zeros((blades, width), np.int64), np.zeros((blades, width))
     own, inward = np.arange(blades).reshape(blades, 1), np.full((blades, 1), -1.0)
