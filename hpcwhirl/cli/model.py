@@ -17,7 +17,7 @@ from hpcwhirl.analysis.rotation import (
 )
 from hpcwhirl.case.explain import facts_of_file, facts_of_plan
 from hpcwhirl.case.profile import profile_of, told_of_profile
-from hpcwhirl.case.resolve import Case, resolve
+from hpcwhirl.case.resolve import WHOLE, Case, resolve
 from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.rotor_tables import (
@@ -29,7 +29,7 @@ from hpcwhirl.cli.rotor_tables import (
 )
 from hpcwhirl.errors import SHOWN, InputError, WhirlError, one_line, say, shown
 from hpcwhirl.reduction.families import UNKNOWN, modal_table
-from hpcwhirl.scene import Scene, title_of
+from hpcwhirl.scene import Scene, apply_settings, title_of
 from hpcwhirl.scene.quantities import DERIVED
 from hpcwhirl.scene.units import ANGULAR, in_shown, showing, shown_in
 from hpcwhirl.structure import blade_stiffness
@@ -92,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
         from hpcwhirl.dynamics.integration import integration_of
 
         facts["integration"] = integration_of(case)
-        facts["rotations"] = side_by_side(case, 1, fastest)
+        facts["rotations"] = _rotations(case, fastest)
     options.tell_remarks(scene)
     if told := told_of_profile(scene):
         say(told)
@@ -105,6 +105,18 @@ def run(args: argparse.Namespace) -> int:
         else:
             _show(facts, args.up_to, scene)
     return 0
+
+
+def _rotations(case: Case, fastest: float) -> dict[str, Any]:
+    """Return `side_by_side`; of a rotor that loses a blade in the run, also before.
+
+    case, fastest : the case; highest speed of interest, rad/s
+    """
+    found = side_by_side(case, 1, fastest)
+    if not case.loses:
+        return found
+    whole = side_by_side(resolve(apply_settings(case.given, WHOLE)), 1, fastest)
+    return {"full, all blades": whole["full"], "full, one lost": found["full"]}
 
 
 def _fastest(name: str, settings: list[str]) -> float:

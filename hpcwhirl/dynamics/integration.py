@@ -11,6 +11,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from hpcwhirl.case.limits import beat_of
+from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.dynamics.bodies.motion import BODIES
@@ -20,8 +21,9 @@ from hpcwhirl.dynamics.kernels.loop.wave_types import (
     SectorRows,
     SlotRows,
 )
-from hpcwhirl.dynamics.schemes import scheme_of
+from hpcwhirl.dynamics.schemes import before_and_after, scheme_of
 from hpcwhirl.dynamics.schemes.by_sectors import folds_well
+from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.waves.mode_waves import mode_waves
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -60,12 +62,16 @@ class Integration(TypedDict):
     scheme, by : the scheme asked for; what it integrates
     why : why it does not integrate waves, "" if it does or none were asked for
     no_waves : modes that are no waves, since they do not oscillate in the time step
+    until, before : if a blade is lost during the run, s, the time until which this
+        holds, and what holds before; else None
     """
 
     scheme: str
     by: str
     why: str
     no_waves: list[ModeAside]
+    until: float | None
+    before: Integration | None
 
 
 def integration_of(case: Case) -> Integration:
@@ -73,16 +79,30 @@ def integration_of(case: Case) -> Integration:
     lean = case.lean
     if not folds_well(lean.model, lean.scene):
         lean = case.whole
-    model, scene = lean.model, lean.scene
-    rotor: Any = scheme_of(model, scene, beat_of(model, scene)).arrays.rotor
+    beat = beat_of(lean.model, lean.scene)
+    if case.before is None:
+        return _of(lean, scheme_of(lean.model, lean.scene, beat))
+    first, second = before_and_after(case.before, lean, beat)
+    after = _of(lean, second)
+    after["before"] = _of(case.before, first)
+    after["before"]["until"] = case.reduced.lost_blade_time
+    return after
+
+
+def _of(marched: Marched, scheme: Integrator) -> Integration:
+    """Return how a scene and its model are integrated by a scheme."""
+    model, scene = marched.model, marched.scene
+    rotor: Any = scheme.arrays.rotor
     by = WAYS.get(type(getattr(rotor, "rows", None)), MODES)
     if scene.solver.scheme == "paper":
         by = MATRICES
-    if by != MODES or scene.solver.scheme != DEFAULT:
-        return Integration(scheme=scene.solver.scheme, by=by, why="", no_waves=[])
-    aside = modes_aside(model, scene.solver.time_step)
-    why = _why(model, scene, aside)
-    return Integration(scheme=scene.solver.scheme, by=by, why=why, no_waves=aside)
+    asked = by == MODES and scene.solver.scheme == DEFAULT
+    aside = modes_aside(model, scene.solver.time_step) if asked else []
+    why = _why(model, scene, aside) if asked else ""
+    return Integration(
+        scheme=scene.solver.scheme, by=by, why=why, no_waves=aside, until=None,
+        before=None,
+    )  # fmt: skip
 
 
 def modes_aside(model: Model, step: float) -> list[ModeAside]:
@@ -124,6 +144,17 @@ def _why(model: Model, scene: Scene, aside: list[ModeAside]) -> str:
 
 
 def told_of(found: Integration) -> str:
-    """Return how a case is integrated, as a sentence."""
-    text = f"integrated by scheme {found['scheme']}: {found['by']}"
+    """Return how a case is integrated, as a sentence for each part of the run."""
+    before = found["before"]
+    if before is None:
+        return f"integrated {_way(found)}"
+    after = "in the same way" if _way(before) == _way(found) else _way(found)
+    return (
+        f"until {before['until']:g} s the whole rotor is integrated {_way(before)}; "
+        f"from then on the rotor without the lost blade, {after}"
+    )
+
+
+def _way(found: Integration) -> str:
+    text = f"by scheme {found['scheme']}: {found['by']}"
     return f"{text} ({found['why']})" if found["why"] else text

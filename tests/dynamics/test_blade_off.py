@@ -189,11 +189,22 @@ LATER = {
 AT = 3.002e-3  # s, no multiple of a slice
 
 
-@pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
-@pytest.mark.parametrize("shaft", ["springs", "cantilever"])
-def test_what_is_left_goes_on_as_it_moved(scheme, shaft):
+UNLIKE = {"stiffness_difference": 1.2e7, "damping_difference": 1200.0}
+HELD = {
+    "springs": {}, "cantilever": {"shaft": "cantilever"}, "unlike": UNLIKE,
+    "film": {"film_viscosity": 0.01, "gap": 1e-4},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("held", "scheme"),
+    [(h, s) for h in HELD for s in ("modal", "general")]
+    + [("springs", "paper"), ("cantilever", "paper")],
+)
+def test_what_is_left_goes_on_as_it_moved(held, scheme):
     """Displacements, velocities and momentum; the energy's change is in the ledger."""
-    march = march_of(**LATER, lost_blade_time=AT, scheme=scheme, shaft=shaft)
+    given = LATER | HELD[held]
+    march = march_of(**given, lost_blade_time=AT, scheme=scheme)
     march.advance(march.lost_at - 1)
     march._call(1)
     before, ledger, old = march.motion(), march.history().ledger, march.scheme

@@ -6,6 +6,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.integration import MATRICES, MODES, WAYS, integration_of
 from hpcwhirl.dynamics.kernels.loop.wave_types import FlowRows, PointRows, SlotRows
+from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
 
 SMALL = {"blades": 5, "modes": 10, "casing.harmonics": 3, "time_step": 2e-6}
@@ -37,6 +38,24 @@ def test_what_integrates_a_case_is_told(given, by, why):
     assert bool(found["why"]) == bool(why)
 
 
+LOST = {"rotation": "full", "lost_blade": 2, "amplitude_limit": 2.0}
+
+
+@pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
+def test_both_parts_of_a_run_in_which_a_blade_is_lost_are_told(scheme):
+    later = LOST | {"lost_blade_time": 1e-3, "scheme": scheme}
+    case = resolve(apply_settings(named_scene("table2"), SMALL | later))
+    found, march = integration_of(case), March(case)
+    before = found["before"]
+    assert before["until"] == 1e-3
+    assert before["before"] is None is found["until"]
+    for own, told in zip(march.schemes, (before, found), strict=True):
+        rows = getattr(own.arrays.rotor, "rows", None)
+        assert told["by"] == WAYS.get(type(rows), told["by"])
+    assert found_of(LOST | {"scheme": scheme})["before"] is None
+    assert found_of(later | {"lost_blade_time": 1e3})["before"] is None
+
+
 def test_modes_beyond_critical_damping_are_named():
     found = found_of({"casing.damping": 1.5})["no_waves"]
     assert found
@@ -56,3 +75,14 @@ def test_the_command_says_it(capsys):
     out = capsys.readouterr().out
     assert "modes of both bodies, slowly (modes that do not oscillate" in out
     assert "damping 2" in out
+    sets += ["--set=rotation=full", "--set=lost_blade=2", "--set=amplitude_limit=2"]
+    assert (
+        main(["model", "table2", *sets, "--explain", "--set=lost_blade_time=1e-3"]) == 0
+    )
+    out = " ".join(capsys.readouterr().out.split())
+    assert "until 0.001 s the whole rotor is integrated by scheme modal" in out
+    assert "from then on the rotor without the lost blade, by scheme modal: waves" in (
+        out
+    )
+    assert "full, all blades" in out
+    assert "full, one lost" in out

@@ -97,6 +97,15 @@ TABLE = {  # scene: what is set, the schemes that march it
     "lost blade later, elements": (
         FULL | ELEMENTS | {"lost_blade": 2, "lost_blade_time": 1.5e-3}, ("modal",)
     ),
+    "lost blade later, film": (
+        FULL | {"lost_blade": 2, "lost_blade_time": 1.5e-3, "film_viscosity": 0.01},
+        ("modal",),
+    ),
+    "lost blade later, unlike supports": (
+        FULL | {"lost_blade": 2, "lost_blade_time": 1.5e-3, "unbalance": 5e-3,
+                "stiffness_difference": 1.2e7, "damping_difference": 1200.0},
+        ("modal",),
+    ),
     "weight": (FULL | WEIGHT, ("modal", "general")),
     "weight, unbalance": (FULL | WEIGHT | {"unbalance": 5e-3}, ("modal",)),
     "weight, unequal": (FULL | UNEQUAL | WEIGHT | {"unbalance": 5e-3}, ("modal",)),
