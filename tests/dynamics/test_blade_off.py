@@ -192,7 +192,7 @@ AT = 3.002e-3  # s, no multiple of a slice
 UNLIKE = {"stiffness_difference": 1.2e7, "damping_difference": 1200.0}
 HELD = {
     "springs": {}, "cantilever": {"shaft": "cantilever"}, "unlike": UNLIKE,
-    "film": {"film_viscosity": 0.01, "gap": 1e-4},
+    "film": {"film_viscosity": 1e3, "film_clearance": 0.04, "film_length": 0.1},
 }  # fmt: skip
 
 
