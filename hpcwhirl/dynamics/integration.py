@@ -82,10 +82,9 @@ def integration_of(case: Case) -> Integration:
     beat = beat_of(lean.model, lean.scene)
     if case.before is None:
         return _of(lean, scheme_of(lean.model, lean.scene, beat))
-    first, second = before_and_after(case.before, lean, beat)
-    after = _of(lean, second)
-    after["before"] = _of(case.before, first)
-    after["before"]["until"] = case.reduced.lost_blade_time
+    pair = before_and_after(case.before, lean, beat)
+    before, after = _of(case.before, pair[0]), _of(lean, pair[1])
+    before["until"], after["before"] = case.reduced.lost_blade_time, before
     return after
 
 
