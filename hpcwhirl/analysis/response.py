@@ -27,7 +27,7 @@ import numpy as np
 from hpcwhirl.analysis.shaft_response import (
     forces_of,
     line_of_rotor,
-    shaft_circles,
+    shaft_ellipses,
     stations_of,
 )
 from hpcwhirl.arrays import Complexes, Floats
@@ -64,8 +64,8 @@ class Steady:
     tips : (2,), m, f and b of a centre from which tips on rigid blades would move
         radially as those of the rotor do
     supports : (2,), N, f and b of the force of the rotor on what holds it
-    stations : m, f of each station of a shaft line, on whose supports b is 0
-    forces : N, f of the force on each support of a shaft line
+    stations : m, f and b of each station of a shaft line
+    forces : N, f and b of the force on each support of a shaft line
     reach : m, largest outward displacement of a tip
     room : m, least gap of tips and casing at that speed
     """
@@ -76,8 +76,8 @@ class Steady:
     supports: tuple[complex, complex]
     reach: float
     room: float
-    stations: tuple[complex, ...] = ()
-    forces: tuple[complex, ...] = ()
+    stations: tuple[tuple[complex, complex], ...] = ()
+    forces: tuple[tuple[complex, complex], ...] = ()
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -92,7 +92,7 @@ class Steady:
         """Return f and b at one of `places`, m, or N of a force."""
         for start, values in ((STATION, self.stations), (SUPPORT, self.forces)):
             if place.startswith(start):
-                return values[int(place.removeprefix(start))], 0j
+                return values[int(place.removeprefix(start))]
         found: tuple[complex, complex] = getattr(self, place)
         return found
 
@@ -150,13 +150,13 @@ def _steady_at(scene: Scene, speed: float) -> Steady:
     reached = (outward - model.clearances(0.0))[tips]
     running = own.model_copy(update={"gap": case.clearance})
     line = line_of_rotor(own.engine.rotor)
-    stations: list[complex] = []
-    forces: list[complex] = []
+    stations: list[tuple[complex, complex]] = []
+    forces: list[tuple[complex, complex]] = []
     on_supports = _on_supports(model, own, places, back)
     if line is not None:
-        circles = shaft_circles(own.engine.rotor, model, places, speed)
-        *forces, ground = forces_of(line, circles, speed)
-        stations, on_supports = stations_of(line, circles), (ground, 0j)
+        moved, supports = shaft_ellipses(own.engine.rotor, model, places, back, speed)
+        *forces, on_supports = forces_of(supports, moved, speed)
+        stations = stations_of(line, moved)
     return Steady(
         speed,
         (centre_of(model, places), centre_of(model, back)),

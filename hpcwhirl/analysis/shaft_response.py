@@ -1,19 +1,23 @@
-"""Circles along a shaft line, and forces of its supports, from those of its disk.
+"""Ellipses along a shaft line, and forces of its supports, from those of its disk.
 
 The bladed disk's displacement and slope are those of the reduced rotor. They are
 imposed on the whole line, whose other coordinates follow from its equations of steady
-whirl, Z = Y e^{i Omega t} in the static frame, see `reduction.shaft_whirl`. So places
-that the reduction does not keep are known, too.
+whirl, Z = f e^{i Omega t} + b e^{-i Omega t} in the static frame, see
+`reduction.shaft_whirl`. So places that the reduction does not keep are known, too. A
+squeeze film has the damping at the radius of its circle.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.case.unbalance import centre_of
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.shaft_whirl import held_by, whirl_matrices
+from hpcwhirl.reduction.shaft_whirl import Held, held_by, whirl_matrices
+from hpcwhirl.reduction.supports import Support, film_shares
 from hpcwhirl.scene import Rotor
 from hpcwhirl.scene.shaft_tables import WORDS
 from hpcwhirl.structure.shaft import GROUND, NODE, ShaftLine, line_of
@@ -24,25 +28,54 @@ def line_of_rotor(rotor: Rotor) -> ShaftLine | None:
     return None if rotor.shaft in WORDS else line_of(rotor.shaft)
 
 
-def shaft_circles(
-    rotor: Rotor, model: Model, places: Floats, speed: float
-) -> Complexes:
-    """Return the circles of a shaft line's coordinates, (n,), m and rad, static frame.
+def shaft_ellipses(
+    rotor: Rotor, model: Model, places: Floats, back: Complexes, speed: float
+) -> tuple[Complexes, tuple[Held, ...]]:
+    """Return a shaft line's f and b, (2, n), m and rad, and its supports as they act.
 
     rotor, model : inputs, with a shaft line; the model of all sectors
-    places, speed : m, circle of all coordinates of the reduced rotor, see
-        `reduction.steady.Steady.still`; Omega, rad/s, > 0
+    places, back : (n,), m, circle of all coordinates of the reduced rotor, see
+        `reduction.steady.Steady.still`, and what turns backward, conj(xi) / 2
+    speed : Omega, rad/s, > 0
     """
-    line, spin = line_of(rotor.shaft), model.rotor.terms
-    x, y = places[list(spin.tilt[:2])]
-    slope = complex(x, -y if model.rotor.cyclic else y)
-    whole, held = dynamic_stiffness(line, speed), disk_of(rotor, line)
-    moved = np.zeros(line.size, dtype=np.complex128)
-    moved[held] = centre_of(model, places), slope
-    free = np.setdiff1d(np.arange(line.size), held)
-    load = -whole[np.ix_(free, held)] @ moved[held]
+    line = line_of(rotor.shaft)
+    supports, held = _supports(line, model, places), disk_of(rotor, line)
+    whole, n = dynamic_stiffness(line, speed, supports), line.size
+    moved = np.zeros(2 * n, dtype=np.complex128)  # f and conj(b)
+    fixed = np.append(held, n + held)
+    both = _at_disk(model, places), np.conj(_at_disk(model, back))
+    moved[fixed] = np.concatenate(both)
+    free = np.setdiff1d(np.arange(2 * n), fixed)
+    load = -whole[np.ix_(free, fixed)] @ moved[fixed]
     moved[free] = np.linalg.solve(whole[np.ix_(free, free)], load)
-    return moved
+    return np.stack([moved[:n], moved[n:].conj()]), supports
+
+
+def _at_disk(model: Model, places: Floats | Complexes) -> Complexes:
+    """Return displacement and slope of the shaft at the bladed disk, (2,), complex.
+
+    model, places : the model; (n,), displacements of the reduced rotor's coordinates
+    """
+    x, y = places[list(model.rotor.terms.tilt[:2])]
+    return np.array(
+        [centre_of(model, places), x + (-1j if model.rotor.cyclic else 1j) * y]
+    )
+
+
+def _supports(line: ShaftLine, model: Model, places: Floats) -> tuple[Held, ...]:
+    """Return the supports of a line, films with the damping on their circles.
+
+    model, places : as in `shaft_ellipses`
+    """
+    stations, out = iter(model.rotor.terms.stations), []
+    for own, held in zip(line.supports, held_by(line), strict=True):
+        support, one = held.support, None if own.is_spring else next(stations)
+        if one is not None and own.film:
+            radius = float(np.hypot(*(one.rows @ places)))
+            across = film_shares(radius / own.clearance)[1]
+            support = Support(damping=own.film * across + 0j)
+        out.append(replace(held, support=support))
+    return tuple(out)
 
 
 def disk_of(rotor: Rotor, line: ShaftLine) -> Indices:
@@ -51,27 +84,41 @@ def disk_of(rotor: Rotor, line: ShaftLine) -> Indices:
     return np.array([first, first + 1], dtype=np.intp)
 
 
-def dynamic_stiffness(line: ShaftLine, speed: float) -> Complexes:
-    """Return the matrix of a line's forward steady whirl at a speed, rad/s, (n, n)."""
-    own, s, n = whirl_matrices(line, held_by(line), speed), 1j * speed, line.size
-    whole = s**2 * own.mass + s * own.damping + own.stiffness
-    return np.asarray(whole[:n, :n])
+def dynamic_stiffness(
+    line: ShaftLine, speed: float, supports: tuple[Held, ...]
+) -> Complexes:
+    """Return the matrix of a line's steady whirl (f, conj(b)) at a speed, (2 n, 2 n).
 
-
-def stations_of(line: ShaftLine, moved: Complexes) -> list[complex]:
-    """Return the displacement of each station, m, of coordinates (n,)."""
-    return [complex(moved[NODE * node]) for node in line.stations]
-
-
-def forces_of(line: ShaftLine, moved: Complexes, speed: float) -> list[complex]:
-    """Return the force on each support of a line, N, and what the ground takes, last.
-
-    moved, speed : (n,), m, circles of all coordinates; Omega, rad/s
+    speed, supports : rad/s; what holds the line
     """
-    found, ground = [], 0j
-    for one in held_by(line):
+    own, s = whirl_matrices(line, supports, speed), 1j * speed
+    return np.asarray(s**2 * own.mass + s * own.damping + own.stiffness)
+
+
+def stations_of(line: ShaftLine, moved: Complexes) -> list[tuple[complex, complex]]:
+    """Return f and b of each station, m; moved : (2, n), f and b of all coordinates."""
+    return [pair_of(moved[:, NODE * node]) for node in line.stations]
+
+
+def pair_of(parts: Complexes) -> tuple[complex, complex]:
+    """Return f and b as numbers, from an array (2,)."""
+    return complex(parts[0]), complex(parts[1])
+
+
+def forces_of(
+    supports: tuple[Held, ...], moved: Complexes, speed: float
+) -> list[tuple[complex, complex]]:
+    """Return f and b of the force on each support of a line, N; last, on the ground.
+
+    supports, moved : as `shaft_ellipses` returns them; speed : Omega, rad/s
+    """
+    found, ground = [], np.zeros(2, dtype=np.complex128)
+    for one in supports:
         own = one.support.at(speed)
-        way = moved[one.at] - (0.0 if one.to == GROUND else moved[one.to])
-        found.append(complex((own.stiffness + 1j * speed * own.damping) * way))
-        ground += found[-1] if one.to == GROUND else 0.0
-    return [*found, ground]
+        way = moved[:, one.at] - (0.0 if one.to == GROUND else moved[:, one.to])
+        turns = 1j * speed * np.array([1.0, -1.0])
+        force = (own.stiffness + turns * own.damping) * way
+        force += (own.stiffness_apart + turns * own.damping_apart) * way[::-1].conj()
+        found.append(pair_of(force))
+        ground += force if one.to == GROUND else 0.0
+    return [*found, pair_of(ground)]

@@ -43,12 +43,21 @@ FILM = {
     "film_clearance": 2e-4,
 }  # fmt: skip
 JOB = tomllib.loads((ROOT / "jobs/three_bearings.toml").read_text(encoding="utf-8"))
-SHAFT = JOB["engine"]["shaft"]
-LINE = {  # three bearings with dampers, one on a pedestal
-    "shaft": text_of(
-        {name: value for name, value in SHAFT.items() if name != "station"}, "the shaft"
-    )
-}
+SHAFT = {k: v for k, v in JOB["engine"]["shaft"].items() if k != "station"}
+
+
+def line(*more: dict[str, Any]) -> dict[str, Any]:
+    """Return the job's shaft on its three bearings, one on a pedestal.
+
+    more : what its bearings have besides, from the first one on
+    """
+    each = zip(SHAFT["bearings"], [*more, {}, {}, {}], strict=False)
+    table = SHAFT | {"bearings": [one | beside for one, beside in each]}
+    return {"shaft": text_of(table, "the shaft")}
+
+
+LINE = line()
+APART = {"kyy": 3e7, "kxy": 1e6}
 LOST = {
     "lost_blade": 3, "amplitude_limit": 0.5, "engine.rotor.centre_stiffness": 3e8,
 }  # fmt: skip
@@ -60,6 +69,9 @@ TERMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "film, mistuned": (FULL | UNEVEN, FILM),
     "film, unbalance": (FULL | {"unbalance": 2e-4}, FILM),
     "shaft": (FULL, LINE),
+    "shaft, one film": (FULL, line(FILM)),
+    "shaft, film, unlike supports": (FULL, line(FILM, APART, APART)),
+    "shaft, film, mistuned": (FULL | UNEVEN, line(FILM)),
     "shaft, no modes": (FULL, LINE | {"shaft_modes": 0}),
     "shaft, mistuned": (FULL | UNEVEN, LINE),
     "mistuned": ({}, UNEVEN),

@@ -25,7 +25,8 @@ from hpcwhirl.analysis.response_study import BEYOND, offered, study
 from hpcwhirl.analysis.shaft_response import (
     disk_of,
     dynamic_stiffness,
-    shaft_circles,
+    forces_of,
+    shaft_ellipses,
 )
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.case.resolve import resolve
@@ -40,7 +41,7 @@ from hpcwhirl.report.figures.response import draw_response
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.bearing_tables import HEAD
 from hpcwhirl.scene.shaft_tables import text_of
-from hpcwhirl.structure.shaft import line_of
+from hpcwhirl.structure.shaft import NODE, line_matrices, line_of
 
 SMALL = {
     "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10, "harmonics": 4,
@@ -209,20 +210,61 @@ def test_a_line_carries_the_disk_s_inertia_and_unbalance(speed, changes):
     rotor, model = scene.engine.rotor, resolve(scene).model
     own = apply_settings(scene, {"speed": speed})
     places = exact_steady(model, own).still
-    moved, line = shaft_circles(rotor, model, places, speed), line_of(rotor.shaft)
-    held = disk_of(rotor, line)
-    force, moment = dynamic_stiffness(line, speed)[held] @ moved
+    none, line = 0.0 * places, line_of(rotor.shaft)
+    (moved, back), supports = shaft_ellipses(rotor, model, places, none, speed)
+    held, whole = disk_of(rotor, line), dynamic_stiffness(line, speed, supports)
+    assert not back.any()
+    force, moment = whole[held, : line.size] @ moved
     z, slope = moved[held]
     mass = moving_mass(scene) - line.mass
     expected = (scene.unbalance + mass * z) * speed**2
     assert force == pytest.approx(expected, rel=1e-3)
     assert moment == pytest.approx(speed**2 * (1.8 - 3.0) * slope, rel=1e-3)
     found = steady_at(scene, speed)
-    assert found.stations[2] == pytest.approx(found.centre[0], rel=1e-12)
+    assert found.stations[2][0] == pytest.approx(found.centre[0], rel=1e-12)
     own = held_by(line)[1].support.at(speed)
     stiffness = own.stiffness + 1j * speed * own.damping
-    assert found.forces[1] == pytest.approx(stiffness * found.stations[1], rel=1e-12)
-    assert sum(found.forces) == pytest.approx(found.supports[0], rel=1e-12)
+    expected = stiffness * found.stations[1][0]
+    assert found.forces[1][0] == pytest.approx(expected, rel=1e-12)
+    assert sum(f for f, _ in found.forces) == pytest.approx(
+        found.supports[0], rel=1e-12
+    )
+
+
+OIL = {"film_viscosity": 0.02, "film_length": 0.05, "film_radius": 0.06,
+       "film_clearance": 2e-4}  # fmt: skip
+ENDS = {
+    "apart": [{"station": i, "kxx": 4e7, "kyy": 8e7, "kxy": 5e6, "kyx": 1e6,
+               "cxx": 5e3, "cyy": 2e3} for i in (0, 1)],
+    "film": [{"station": 0, "kxx": 4e7, "cxx": 2e3},
+             {"station": 1, "kxx": 6e7, **OIL}],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("speed", [100.0, 300.0])
+@pytest.mark.parametrize("name", ENDS)
+def test_forces_of_unlike_supports_and_films_carry_what_turns(name, speed):
+    """The supports' sum is that of all inertia along the line, and of the unbalance."""
+    shaft = {"shaft": text_of(LINE | {"bearings": ENDS[name]}, "line")}
+    scene = small(
+        **ON_LINE | shaft, **{"rotor.young": 2.1e17}, polar_inertia=3.0,
+        tilt_inertia=1.8, unbalance=0.05,
+    )  # fmt: skip
+    model = resolve(scene).model
+    found = exact_steady(model, apply_settings(scene, {"speed": speed}))
+    line = line_of(scene.engine.rotor.shaft)
+    both, supports = shaft_ellipses(
+        scene.engine.rotor, model, found.still, found.of(2).conj() / 2, speed
+    )
+    moved, own = np.zeros(line.size), line_matrices(line)
+    moved[: NODE * line.nodes : NODE] = 1.0
+    *_, ground = forces_of(supports, both, speed)
+    wheel = moving_mass(scene) - line.mass
+    at = disk_of(scene.engine.rotor, line)[0]
+    for part, load, force in zip(both, (scene.unbalance, 0.0), ground, strict=True):
+        carried = moved @ own.mass @ part + wheel * part[at] + load
+        assert force == pytest.approx(speed**2 * carried, rel=2e-3)
+    assert (abs(ground[1]) > 0.01 * abs(ground[0])) == (name == "apart")
 
 
 def test_stations_of_a_line_are_places_with_peaks_and_the_probes_of_the_scale():
@@ -234,7 +276,7 @@ def test_stations_of_a_line_are_places_with_peaks_and_the_probes_of_the_scale():
         assert one.speed == pytest.approx(other.speed, rel=1e-6)
         assert one.amplification == pytest.approx(other.amplification, rel=1e-4)
     among = [one for one in found.points if 150.0 <= one.speed <= 250.0]
-    most = max(abs(f) for one in among for f in one.stations)
+    most = max(abs(f) for one in among for f, _ in one.stations)
     assert found.scale == pytest.approx(scale_factor(most, 250.0))
 
 
