@@ -152,7 +152,7 @@ def _check(fan: Fan) -> None:
         if not 0.0 <= value < math.inf or (name == "radius" and value == 0.0):
             msg = f"{name.replace('_', ' ')} must be a number > 0, got {shown(value)}"
             raise InputError(msg)
-    for what, got, least in (("lobes", fan.lobes, 1), ("blades", fan.blades, 3)):
+    for what, got, least in (("lobes", fan.lobes, 1), ("blades", fan.blades, 4)):
         if got < least:
             raise InputError(f"{what} must be >= {least}, got {got}")
 

@@ -1,9 +1,10 @@
-"""`hpcwhirl new`: write a commented campaign file for a fan of given dimensions."""
+"""`hpcwhirl new`: write a commented campaign file for a fan, and for a study of it."""
 
 from __future__ import annotations
 
 import argparse
 import math
+import re
 import shlex
 from importlib import resources
 from pathlib import Path
@@ -11,18 +12,30 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cli.options import tell_remarks
-from hpcwhirl.errors import InputError, say, shown
-from hpcwhirl.scene.units import in_si, told_of
+from hpcwhirl.cli.new_study import sizes_of, studies, written
+from hpcwhirl.cli.options import add_units, asked_units, tell_remarks
+from hpcwhirl.errors import InputError, say, shown, unknown
+from hpcwhirl.scene.units import (
+    ANGULAR,
+    in_shown,
+    in_si,
+    showing,
+    told_of,
+    written_in,
+)
 
 if TYPE_CHECKING:
     from hpcwhirl.case.fan import Checked, Fan
     from hpcwhirl.scene import Scene
 
-RPM = 30.0 / math.pi  # rpm per rad/s
-GAPS = (0.5, 1.0, 2.0, 4.0)  # gaps that a new file sweeps, as multiples of the fan's
-NOTES = 30  # column of a new file at which comments begin
-SPEEDS = 20  # approximate number of speeds in the sweep
+UNITS = "rpm", "mm", "kN", "GPa", "MN/m"  # of a new file's numbers; times are in s
+EXACT = 8  # digits of the engine's numbers
+SECTIONS = (  # lengths of the rotor's beams
+    "radius", "root_thickness", "blade_width", "disk_radius", "spoke_width",
+    "spoke_thickness", "rim_width", "rim_thickness",
+)  # fmt: skip
+NOTES = 35  # column of a new file at which comments begin
+MAP = "map"  # the study that is written by default
 OPTIONS = {  # name: unit, metavar, help
     "radius": ("m", "LENGTH", "tip radius (default 0.5 m)"),
     "gap": ("m", "LENGTH", "blade-tip clearance (default: radius / 3906, the paper's)"),
@@ -56,6 +69,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "material of the casing (default: material of the blades)", default="")
     add_option(parser, "--lobes K",
         "number of lobes (nodal diameter) of the load (default 1)", default=1)
+    add_option(parser, "--study NAME",
+        f"what the file is for: {', '.join(studies())} (default {MAP}: words over "
+        "speed and gap)", default=MAP)
+    add_units(parser, "the file and of what is printed")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -72,19 +89,22 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(msg)
 
     check()
-    fan = _fan(args)
+    if args.study not in studies():
+        raise unknown("study", args.study, studies())
+    fan, asked = _fan(args), asked_units(args.units)
     scene, checked = scene_of_fan(fan)
-    text = toml_of(fan, scene, checked)
-    write_whole(args.file, text.encode(), check)
-    print(f"{args.file}: {told_of_model(checked)}")
-    print(f"{args.file}: {told_of_pulse(scene, checked)}")
-    tell_remarks(scene)
-    if not FANS[0] <= checked.share <= FANS[1]:
-        hint = f"1F of fans is {FANS[0]:g} to {FANS[1]:g} of full speed, in Hz: change "
-        hint += "--frequency or --speed"
-        say(hint)
-    if growing := told_of_growth(scene, checked):
-        say(growing)
+    with showing(asked), written_in(UNITS):
+        text = toml_of(fan, scene, checked, args.study)
+        write_whole(args.file, text.encode(), check)
+        print(f"{args.file}: {told_of_model(checked)}")
+        if "$pulse" in studies()[args.study]["scene"]:
+            print(f"{args.file}: {told_of_pulse(scene, checked)}")
+        tell_remarks(scene)
+        if not FANS[0] <= checked.share <= FANS[1]:
+            hint = f"1F of fans is {FANS[0]:g} to {FANS[1]:g} of full speed, in Hz: "
+            say(f"{hint}change --frequency or --speed")
+        if growing := told_of_growth(scene, checked):
+            say(growing)
     print(f"next: hpcwhirl campaign {shlex.quote(str(args.file))} --dry-run")
     return 0
 
@@ -121,7 +141,7 @@ def told_of_model(checked: Checked) -> str:
     """
     full = checked.full_speed / (2 * math.pi)
     line = f"1F {checked.family:.1f} Hz, {checked.share:.2f} of the full speed's "
-    line += f"{full:.1f} Hz ({checked.full_speed * RPM:.0f} rpm); "
+    line += f"{full:.1f} Hz ({in_shown(checked.full_speed, ANGULAR, 4)}); "
     if checked.suspension:
         line += f"suspension {checked.suspension:.1f} Hz; "
     return line + f"ring {checked.ring_mass:.0f} kg"
@@ -134,8 +154,8 @@ def told_of_pulse(scene: Scene, checked: Checked) -> str:
     """
     return (
         f"the pulse gives the ring {checked.kick:.3g} m/s and closes the gap of "
-        f"{scene.gap * 1e3:.3g} mm in {checked.closing * 1e3:.3g} ms; without blades "
-        f"the ring would move {checked.reach:.3g} gaps far"
+        f"{in_shown(scene.gap, 'm', 3)} in {checked.closing * 1e3:.3g} ms; without "
+        f"blades the ring would move {checked.reach:.3g} gaps far"
     )
 
 
@@ -155,7 +175,7 @@ def told_of_growth(scene: Scene, checked: Checked) -> str:
     if not bands:
         return ""
     spans = ", ".join(
-        f"{band.start * RPM:.0f} to {min(band.end, full) * RPM:.0f} rpm"
+        " to ".join(in_shown(v, ANGULAR, 4) for v in (band.start, min(band.end, full)))
         for band in bands
     )
     return (
@@ -165,24 +185,7 @@ def told_of_growth(scene: Scene, checked: Checked) -> str:
     )
 
 
-def _speeds(full: float) -> dict[str, str]:
-    """Return the sweep of speeds of a new campaign file: start, stop, step, as texts.
-
-    It has about `SPEEDS` speeds at round rpm.
-
-    Parameters
-    ----------
-    full : full speed, rad/s
-    """
-    step = full * RPM / SPEEDS
-    unit = 10.0 ** math.floor(math.log10(step))
-    step = min((f * unit for f in (1, 2, 2.5, 5, 10)), key=lambda s: abs(s - step))
-    last = math.floor(full * RPM / step + 1e-9) * step
-    bounds = {"start": 2 * step, "stop": last, "step": step}
-    return {name: f"{value:g} rpm" for name, value in bounds.items()}
-
-
-def toml_of(fan: Fan, scene: Scene, checked: Checked) -> str:
+def toml_of(fan: Fan, scene: Scene, checked: Checked, study: str) -> str:
     """Return the text of a fan's campaign file: the template with all values.
 
     Parameters
@@ -190,36 +193,62 @@ def toml_of(fan: Fan, scene: Scene, checked: Checked) -> str:
     fan : dimensions of the fan
     scene : inputs of the fan's scene
     checked : numbers computed from the fan's model
+    study : a key of `studies`
     """
-    rotor, casing = scene.engine.rotor, scene.engine.casing
-    ring = {f"casing_{name}": value for name, value in casing.model_dump().items()}
     values = {
-        **rotor.model_dump(), **ring, **scene.model_dump(),
+        **_plain_values(scene),
+        **_lengths(scene),
+        **sizes_of(study, scene, checked),
         "material": fan.material,
-        "rotation": scene.engine.rotation,
+        "name": f"fan, {fan.blades} blades, {in_shown(fan.radius, 'm')}",
+        "radius_told": in_shown(fan.radius, "m"),
         "model": told_of_model(checked),
         "pulse_told": told_of_pulse(scene, checked).replace("; ", "\n# "),
-        "full_rpm": f"{checked.full_speed * RPM:.4g}",
-        "gap_mm": f"{1e3 * scene.gap:.4g}",
-        "force_kn": f"{scene.force / 1e3:g}",
-        "pulse_ms": f"{scene.pulse * 1e3:g}",
-        "young": f"{rotor.young / 1e9:g}",
-        "casing_young": f"{casing.young / 1e9:g}",
-        "shaft": f"{rotor.centre_stiffness / 1e6:g}",
-        "support_frequency": casing.support_frequency,
-        "support_damping": casing.support_damping,
-        "longest": 4 * scene.duration,
-        "gaps": ", ".join(f'"{1e3 * part * scene.gap:.4g} mm"' for part in GAPS),
-        **_speeds(checked.full_speed),
-    }  # fmt: skip
+    }
+    parts = {
+        key: Template(text).substitute(values).strip("\n ")
+        for key, text in studies()[study].items()
+    }
     text = resources.files("hpcwhirl.cli").joinpath("new.template").read_text("utf-8")
-    return aligned(Template(text).substitute(values))
+    return aligned(Template(text).substitute(values | parts))
+
+
+def _plain_values(scene: Scene) -> dict[str, Any]:
+    """Return the values of a fan's file that are the same in all units."""
+    rotor, casing = scene.engine.rotor, scene.engine.casing
+    return {
+        "blades": rotor.blades, "damping": rotor.damping,
+        "suspension_damping": rotor.suspension_damping,
+        "casing_damping": casing.damping, "support_damping": casing.support_damping,
+        "support_frequency": f'"{casing.support_frequency:g} rad/s"',
+        "nodal_diameter": scene.nodal_diameter, "friction": scene.friction,
+        "rotation": scene.engine.rotation,
+    }  # fmt: skip
+
+
+def _lengths(scene: Scene) -> dict[str, str]:
+    """Return the values of a fan's file that have units, as texts with them."""
+    rotor, casing = scene.engine.rotor, scene.engine.casing
+    exact = {name: written(getattr(rotor, name), "m", EXACT) for name in SECTIONS}
+    return exact | {
+        "speed": written(scene.speed, ANGULAR), "gap": written(scene.gap, "m"),
+        "force": written(scene.force, "N"), "pulse": f'"{1e3 * scene.pulse:g} ms"',
+        "duration": written(scene.duration, "s"),
+        "longest": written(4 * scene.duration, "s"),
+        "young": written(rotor.young, "Pa", EXACT),
+        "density": written(rotor.density, "kg/m^3", EXACT),
+        "stiffness": written(rotor.centre_stiffness, "N/m", EXACT),
+        "casing_thickness": written(casing.thickness, "m", EXACT),
+        "casing_width": written(casing.width, "m", EXACT),
+        "casing_young": written(casing.young, "Pa", EXACT),
+        "casing_density": written(casing.density, "kg/m^3", EXACT),
+    }  # fmt: skip
 
 
 def aligned(text: str) -> str:
     """Return the text of a TOML file with the comments that follow values aligned."""
     lines = []
-    for line in text.splitlines():
+    for line in re.sub(r"\n{3,}", "\n\n", text).splitlines():
         code, sign, note = line.partition("#")
         lines.append(
             f"{code.rstrip() + ' ':<{NOTES}}#{note}" if code and sign else line

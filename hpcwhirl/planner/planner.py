@@ -333,6 +333,8 @@ class Planner:
         first job is its computation as planned.
         """
         left, waits = self.left(), self.waiting
+        if not len(waits):
+            return left
         none = np.zeros_like(waits)
         return Jobs(*map(np.append, left, (waits, none, none)))
 

@@ -251,11 +251,8 @@ class Many:
         names : the inputs to compare; an input that no case sets is ignored
         cases : (m,), numbers of cases; None: all
         """
-        parts = []
-        for name in names:
-            if name in self.columns:
-                column, text = self.columns[name], partial(fragment, name)
-                parts.append((column, distinct(column.values, text)))
+        columns = ((n, self.columns[n]) for n in names if n in self.columns)
+        parts = ((c, distinct(c.values, partial(fragment, n))) for n, c in columns)
         chosen = np.arange(len(self.table)) if cases is None else cases
         return labels(parts, chosen)
 
@@ -294,11 +291,12 @@ class Many:
         """
         if self._is_plain_product():
             return None
-        _, first, kind = np.unique(
-            self.labels(self.columns), return_index=True, return_inverse=True
-        )
+        each = self.labels(self.columns)
+        if len(np.unique(each)) == len(each):
+            return None
+        _, first, kind = np.unique(each, return_index=True, return_inverse=True)
         again = np.flatnonzero(first[kind] != np.arange(len(kind)))
-        return (int(first[kind[again[0]]]), int(again[0])) if len(again) else None
+        return int(first[kind[again[0]]]), int(again[0])
 
     def _is_plain_product(self) -> bool:
         """Return whether cases are a grid of which no axis has a value twice.

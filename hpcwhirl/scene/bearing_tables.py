@@ -53,8 +53,8 @@ def bearing_table(text: str) -> str:
     """Return the table of a bearing over speed as the text that a scene stores.
 
     text : name of a CSV, TOML or JSON file or of a spreadsheet, "file.toml#tag" for one
-        element of several, or such a text, which is only checked; "" is returned
-        unchanged
+        element of several; or the table itself, its lines separated by line breaks or
+        semicolons; "" is returned unchanged
 
     Raises
     ------
@@ -72,6 +72,11 @@ def bearing_table(text: str) -> str:
     rises = rows[0][0] >= 0.0 and ascends(rows)
     must(rises, "its speed must be >= 0 rad/s and ascend")
     return kept_table(HEAD, rows)
+
+
+def is_table(text: str) -> bool:
+    """Return whether a text is a table itself, not the name of a file with one."""
+    return "\n" in text or ";" in text
 
 
 def rows_of(own: Mapping[str, Any]) -> Rows:
@@ -124,7 +129,12 @@ class _Element(NamedTuple):
 
 
 def _columns_in(name: str) -> dict[str, Column]:
-    """Return the columns of the table in a file; name : of it, or "file.toml#tag"."""
+    """Return the columns of the table in a file; name : of it, or "file.toml#tag".
+
+    A name with a line break or a semicolon is a table itself.
+    """
+    if is_table(name):
+        return columns_of(name if "\n" in name else name.replace(";", "\n"))
     file, sign, tag = name.rpartition("#")
     file, tag = (
         (file, tag) if sign and file.endswith((".toml", ".json")) else (name, "")

@@ -6,6 +6,7 @@ that a million cases need a few bytes each.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
@@ -15,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcwhirl.errors import InputError, shown
+from hpcwhirl.errors import InputError, say, shown
 from hpcwhirl.scene.columns import headed, name_and_unit
 from hpcwhirl.scene.documents import readable, setting_value
 from hpcwhirl.scene.input_names import (
@@ -40,6 +41,7 @@ ALLOWED = (
     'must be tables of inputs, or cases = "FILE.csv", or cases = { file = "FILE", '
     "skip = [names], columns = [names] }"
 )
+EVERY = 2.0  # s, least time between two lines on the progress of reading
 PLAIN = IN_UNITS - {name for name in INPUTS if takes_list(name)}  # inputs of a number
 Rows = dict[int, list[str]]
 
@@ -105,7 +107,7 @@ def cases_in_file(
     try:
         pairs, parts = headed(text, cells)
         inputs = _inputs_of_columns(pairs, path, skip, named=bool(columns))
-        pieces = list(_pieces(inputs, parts, path))
+        pieces = list(_pieces(inputs, _telling(parts, path), path))
     except InputError:
         raise
     except ValueError as failed:
@@ -189,6 +191,17 @@ def _pieces(
             columns = [[_values(inputs[i], rows, path)] for i in which]
             names = tuple(inputs[i].name for i in which)
             yield _Piece(names, columns, len(rows))
+
+
+def _telling(parts: Iterable[Rows], path: Path) -> Iterator[Rows]:
+    """Yield the parts of a long table, and print how many lines were read so far."""
+    lines, last = 0, time.monotonic()
+    for part in parts:
+        yield part
+        lines += len(part)
+        if time.monotonic() - last >= EVERY:
+            last = time.monotonic()
+            say(f"{path}: {lines} cases read")
 
 
 def _alike(

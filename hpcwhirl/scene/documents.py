@@ -19,6 +19,7 @@ from hpcwhirl.errors import (
     unknown,
 )
 from hpcwhirl.safe_open import read_regular
+from hpcwhirl.scene.bearing_tables import is_table
 from hpcwhirl.scene.campaign_tables import TABLES
 from hpcwhirl.scene.input_names import (
     FILE,
@@ -148,7 +149,7 @@ def _placed(engine: Mapping[str, Any], folder: Path | str) -> dict[str, Any]:
         inner = placed.get(part)
         table = inner.get(name) if isinstance(inner, Mapping) else None
         if isinstance(inner, Mapping) and isinstance(table, str):
-            kept = table if ";" in table else _anchored(table, folder)
+            kept = table if is_table(table) else _anchored(table, folder)
             placed[part] = {**inner, name: kept}
     return placed
 

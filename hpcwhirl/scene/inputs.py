@@ -58,7 +58,8 @@ class Solver(Inputs):
         "when a run ends; end: after its duration; certain: (scheme modal) as soon as "
         "its word is proved; decided: after its duration, but an undecided case is "
         "continued to twice its time, repeatedly, until it is decided or has reached "
-        "`longest`; where speed or gap change in time, `decided` is `end`")
+        "`longest`; where speed or gap change in time, or a blade is lost during the "
+        "run, `decided` is `end`")
     longest: Positive = given(20.0, "s",
         "with until = decided: largest engine time of a case; not below duration")
     estimate: Literal["none", "step"] = given("none", "1",

@@ -27,6 +27,8 @@ MOST_GAP = 0.05  # largest gap / tip radius without a warning; engines: 0.001 to
 MOST_RADIUS = 10.0  # m, largest tip radius without a warning; fans: below 2
 LEAST_YOUNG = 1e8  # Pa, least modulus without a warning; metals: 4e10 to 4e11
 LEAST_DENSITY = 200.0  # kg/m^3, least without a warning; composites: 1500
+# inputs by which a scene changes in time, and their values where it does not
+IN_TIME = CHANGING | {"lost_blade_time": 0.0}
 RPM = 30.0 / math.pi  # rpm per rad/s
 
 
@@ -51,7 +53,7 @@ def _is_beams(get: Columns) -> Any:
 
 
 def _is_changing(get: Columns) -> Any:
-    parts = (np.not_equal(get(name), usual) for name, usual in CHANGING.items())
+    parts = (np.not_equal(get(name), usual) for name, usual in IN_TIME.items())
     return reduce(np.logical_or, parts)
 
 
@@ -165,10 +167,10 @@ _REMARKS = (
         "the speed does not go there",
     ),
     _Remark(
-        ("solver.until", *CHANGING),
+        ("solver.until", *IN_TIME),
         lambda get: np.equal(get("solver.until"), "decided") & _is_changing(get),
         lambda _: 'solver.until = "decided" gives way to "end" where speed or gap '
-        "changes in time",
+        "changes, or a blade is lost, in time",
     ),
     _Remark(
         ("pulse", "force", "duration", "revolutions", "speed", "engine.casing.kind"),

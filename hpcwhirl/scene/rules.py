@@ -44,7 +44,8 @@ CHANGING: dict[str, Any] = {
 }  # fmt: skip
 # inputs from which `last_end` follows
 LASTS = (
-    "duration", "revolutions", "speed", "solver.until", "solver.longest", *CHANGING
+    "duration", "revolutions", "speed", "solver.until", "solver.longest",
+    "lost_blade_time", *CHANGING,
 )  # fmt: skip
 SPEED = ("acceleration", "speed_table")  # inputs by which the speed changes
 # inputs that set the time step: a given one is used, and judged, if accuracy is 0;
@@ -115,14 +116,14 @@ def last_end(*given: Any) -> Any:
     """Return the latest simulated time, s, at which a case may end, by its inputs.
 
     It is `end_time`, or with `until` = "decided" the input `longest`, s, if that is
-    later, unless speed or gap change in time.
+    later, unless speed, gap or rotor change in time.
 
     given : the inputs `LASTS`, scalars or (cases,)
     """
-    duration, revolutions, speed, until, longest = given[:5]
+    duration, revolutions, speed, until, longest, lost = given[:6]
     end = end_time(duration, revolutions, speed)
-    longer = (until == "decided") & (end < longest) & _unchanged(*given[5:])
-    return choose(longer, longest, end)
+    longer = (until == "decided") & (end < longest)
+    return choose(longer & (lost == 0.0) & _unchanged(*given[6:]), longest, end)
 
 
 class Unless(NamedTuple):
@@ -355,10 +356,6 @@ OF_SCENE = (
     must_be("", "history", STILL_TOLD, note="; leave out [branch]"),
     must_be(0, "output.chaos", WHOLE_RUN),
     must_be("", "history", WHOLE_RUN, note="; leave out [branch]"),
-    Rule(("lost_blade_time", "solver.until"),
-        lambda time, until: (time == 0.0) | (until != "decided"),
-        lambda *_: "solver.until must be end or certain where a blade is lost during "
-            "the run (lost_blade_time), got decided"),
     must_be(0, "lost_blade_time", Unless("where no blade is lost (lost_blade)",
         ("engine.rotor.lost_blade",), lambda lost: lost != NO_BLADE)),
     must_be("", "history", Unless("where the casing is not round (profile, offset)",

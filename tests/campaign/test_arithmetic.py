@@ -295,7 +295,6 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"gap_closure": 1e-5, "history": "speed = 300.0"}, "history must be empty where"),
     (LATER | {"chaos": 50.0}, "output.chaos must be 0 where a blade is lost"),
     (LATER | {"history": "speed = 300.0"}, "history must be empty where a blade is"),
-    (LATER | {"until": "decided"}, "end or certain where a blade is lost during"),
     ({"lost_blade_time": 0.1}, "lost_blade_time must be 0 where no blade is lost"),
     ({"offset": 1e-5, "history": "speed = 300.0"}, "where the casing is not round"),
     ({"acceleration": 1.0, "rotation": "auto"}, "engine.rotation must be none or full"),

@@ -2,25 +2,32 @@
 
 import dataclasses
 import errno
+import functools
 import json
 import math
 import os
+import re
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hpcwhirl
+from hpcwhirl.analysis.response import steady_at
 from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.case.fan import FANS, Fan, scene_of_fan
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
-from hpcwhirl.cli.new import RPM
+from hpcwhirl.cli.new_study import studies
 from hpcwhirl.cli.options import scene_of, tell_remarks
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import modal_table
 from hpcwhirl.reduction.growth import stability
-from hpcwhirl.scene import flatten, load_document
+from hpcwhirl.scene import apply_settings, flatten, load_document
+from hpcwhirl.scene.kept_tables import kept_rows
 
+RPM = 30 / math.pi  # rpm per rad/s
 ASKED = ["--blades", "18", "--radius", "0.9", "--material", "titanium",
          "--gap", "0.8mm"]  # fmt: skip
 
@@ -167,6 +174,97 @@ def test_a_study_can_be_added_to_the_file(tmp_path, capsys, added, told):
     assert capsys.readouterr().err.count("gives way") == told
 
 
+def test_a_blade_may_be_lost_in_the_run_of_the_file(tmp_path, capsys):
+    path = made(tmp_path, *ASKED)
+    given = ["lost_blade=3", "lost_blade_time=0.1"]
+    scene = scene_of(str(path), given)
+    assert scene.solver.until == "decided"
+    assert scene.end_times == (scene.duration,)
+    assert len(scene_of(str(path), given[:1]).end_times) > 1
+    capsys.readouterr()
+    tell_remarks(scene)
+    assert "or a blade is lost, in time" in capsys.readouterr().err
+
+
+SMALL = ["--blades", "4", "--radius", "0.5"]
+
+
+@functools.cache
+def study_scene(study):
+    """Return the scene in the file of a study of a small fan."""
+    with tempfile.TemporaryDirectory() as name:
+        return scene_of(str(made(Path(name), *SMALL, "--study", study)), [])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("study", studies())
+def test_the_file_of_a_study_is_complete_and_runs(tmp_path, monkeypatch, capsys, study):
+    monkeypatch.chdir(tmp_path)
+    path = made(tmp_path, *SMALL, "--study", study)
+    assert capsys.readouterr().err == ""
+    text = path.read_text()
+    assert "$" not in text
+    assert "\n\n\n" not in text
+    assert max(map(len, text.splitlines())) <= 130
+    assert main(["campaign", str(path), "--dry-run"]) == 0
+    assert int(re.search(r"^(\d+) cases", capsys.readouterr().out)[1]) >= 4
+    short = ["--set", "duration=0.02", "--quiet"]
+    assert main(["run", str(path), *short]) == 0
+    assert re.search("^outcome (completed|stopped)", capsys.readouterr().out, re.M)
+
+
+def test_the_unbalance_of_a_study_touches_where_its_file_says():
+    scene = study_scene("unbalance")
+    assert steady_at(scene, scene.speed).used == pytest.approx(1.0, rel=0.02)
+    assert steady_at(scene, 0.97 * scene.speed).used < 0.98
+
+
+def test_a_run_up_reaches_its_speed_in_the_time_it_has(tmp_path):
+    path = made(tmp_path, *SMALL, "--study", "run-up")
+    for scene in load_design(path, {}).scenes:
+        time = (scene.speed_to - scene.speed) / scene.acceleration
+        assert time == pytest.approx(5 / 6 * scene.duration, rel=0.01)
+
+
+def test_the_circle_after_the_loss_of_a_study_is_below_its_limit():
+    scene = study_scene("blade-off")
+    assert 0 < scene.lost_blade_time < scene.duration / 5
+    after = apply_settings(scene, {"lost_blade_time": 0.0})
+    reach = steady_at(after, scene.speed).reach / scene.engine.rotor.radius
+    assert reach < scene.solver.amplitude_limit / 2
+
+
+def test_the_bearing_of_a_study_is_read_from_the_lines_in_its_file():
+    scene = study_scene("bearing")
+    rows = kept_rows(scene.engine.rotor.bearing)
+    speed, stiff = rows[2][0], rows[2][1]
+    assert speed == pytest.approx(scene.speed, rel=1e-3)
+    assert stiff == pytest.approx(scene.engine.rotor.centre_stiffness, rel=1e-3)
+
+
+def test_units_asked_for_are_those_of_the_file_and_of_what_is_printed(tmp_path, capsys):
+    words = [*SMALL, "--gap", "0.5 mm"]
+    path = made(tmp_path, *words, "--units", "rad/s,inch,psi")
+    told = capsys.readouterr().out
+    assert "(800 rad/s)" in told
+    assert "gap of 0.0197 inch" in told
+    text = path.read_text()
+    assert '{ start = "100 rad/s", stop = "800 rad/s", step = "50 rad/s" }' in text
+    other = tmp_path / "other.toml"
+    assert main(["new", str(other), *words]) == 0
+    one, two = (flatten(load_design(p, {}).base) for p in (path, other))
+    for name, value in one.items():
+        if isinstance(value, float):
+            assert value == pytest.approx(two[name], rel=1e-3), name
+
+
+def test_an_unknown_study_is_refused_with_the_nearest(tmp_path, capsys):
+    path = tmp_path / "fan.toml"
+    assert main(["new", str(path), "--study", "runup"]) == 2
+    assert "unknown study 'runup'; did you mean 'run-up'?" in capsys.readouterr().err
+    assert not path.exists()
+
+
 def test_a_sweep_over_run_ups_can_be_added_to_the_file(tmp_path, capsys):
     path = made(tmp_path, *ASKED)
     text = path.read_text().partition("\n[sweep]")[0]
@@ -227,7 +325,7 @@ def test_a_full_disk_leaves_no_file_behind(tmp_path, monkeypatch, capsys):
         (["--radius", "-1"], "radius must be a number > 0"),
         (["--radius", "0"], "radius must be a number > 0, got 0"),
         (["--gap=-0.1mm"], "gap must be a number > 0, got -0.0001"),
-        (["--blades", "2"], "blades must be >= 3, got 2"),
+        (["--blades", "3"], "blades must be >= 4, got 3"),
         (["--lobes", "0"], "lobes must be >= 1, got 0"),
         (["--lobes", "90"], "nodal_diameter must be <= 20"),
     ],
@@ -269,7 +367,8 @@ def test_a_fan_whose_free_motion_grows_below_full_speed_is_told(tmp_path, capsys
     full = scene.speed
     band = stability(resolve(scene).model.rotor, 18, full).bands[0]
     assert band.start < full
-    assert f"at {band.start * RPM:.0f} to {full * RPM:.0f} rpm" in told
+    low, high = (f"{speed * RPM:.4g} rpm" for speed in (band.start, full))
+    assert f"at {low} to {high}" in told
 
 
 def test_a_fan_whose_free_motion_decays_is_told_nothing(tmp_path, capsys):

@@ -283,8 +283,6 @@ def test_a_state_from_before_the_loss_and_one_after_it_go_on():
 def test_a_later_loss_is_told_from_none():
     with pytest.raises(InputError, match="lost_blade_time must be 0 where no blade"):
         apply_settings(Scene(), SMALL | {"lost_blade": -1, "lost_blade_time": 1.0})
-    with pytest.raises(InputError, match="until must be end or certain where a blade"):
-        march_of(lost_blade_time=1e-3, until="decided", longest=4.0)
 
 
 def test_a_run_down_that_hardly_slows_is_a_run_at_constant_speed():

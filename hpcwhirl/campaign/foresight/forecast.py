@@ -33,6 +33,7 @@ from hpcwhirl.scene import apply_settings
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.campaign_tables import Campaign
 from hpcwhirl.scene.contact_laws import RIGID, rods_around
+from hpcwhirl.scene.table import Cases
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.heartbeats import begun
@@ -149,19 +150,21 @@ def forecast(
     since, step = age(), time_steps(design)
     started = since if started is None else started
     pace = _pace(started if loaded is None else loaded)
-    costs, longest = costs_of(design, step), longest_of(design, extended)
+    longest = longest_of(design, extended)
+    disk = _disk(design, longest, step)  # first, while few arrays over cases are held
+    costs = costs_of(design, step)
     mine = share(costs.steps, shard)
     plan = replace(design.manifest(), extended=list(extended))
     ended = ended_in(directory.journals, plan)
     costs.learn_all(ended.seconds)
     left, spans = spans_of(design, ended, longest, mine)
     known = costs.factor[np.isfinite(costs.factor)]
-    whole = _to_their_end(ended, costs)
-    most = float(whole.predict(left) @ spans[:, 1])
-    each = costs.predict(left)
-    seconds = float(each @ spans[:, 0])
+    to_end, most = _to_their_end(ended, costs).predict(left) @ spans
+    each = costs.predict(left) * spans[:, 0]
+    seconds, slowest = float(each.sum()), float(each.max(initial=0.0))
+    del each
     if len(known):
-        span = _range(seconds, known, float(whole.predict(left) @ spans[:, 0]))
+        span = _range(seconds, known, float(to_end))
     else:
         span = _nominal_range(design, step, (left, spans[:, 0]))
     overhead, first = _beside(directory.runs, pace)
@@ -170,7 +173,7 @@ def forecast(
         left=len(left),
         steps=float(np.asarray(costs.steps)[left] @ spans[:, 0]),
         seconds=seconds,
-        most=most,
+        most=float(most),
         range=span,
         computations=float(spans[:, 0].sum()),
         overhead=overhead,
@@ -178,8 +181,8 @@ def forecast(
                 "models": first},
         after={},
         finished=len(known),
-        longest=float((each * spans[:, 0]).max(initial=0.0)),
-        disk=_disk(design, longest, step),
+        longest=slowest,
+        disk=disk,
         launch=LAUNCHED * pace,
     )  # fmt: skip
     if design.grows:
@@ -252,7 +255,7 @@ def _range(seconds: float, factors: Floats, whole: float) -> tuple[float, float]
 
 
 def _nominal_range(
-    design: Design, step: Floats, left: tuple[list[int], Floats]
+    design: Design, step: Floats, left: tuple[Cases, Floats]
 ) -> tuple[float, float]:
     """Return the nominal times of the cases left, s: never and always in contact.
 
@@ -282,6 +285,8 @@ def _to_their_end(ended: Ended, costs: Costs) -> Costs:
     ended : completed jobs
     costs : costs learned from them
     """
+    if not np.isfinite(costs.factor).any():
+        return costs
     whole = Costs(costs.nominal, costs.places, costs.steps)
     part = ended.marched / np.maximum(np.asarray(costs.steps), 1.0)
     whole.learn_all(ended.seconds / np.maximum(part, LITTLE))
@@ -357,7 +362,7 @@ def longest_of(design: Design, extended: Sequence[float]) -> Floats:
 
 def spans_of(
     design: Design, ended: Ended, longest: Floats, mine: Sequence[int]
-) -> tuple[list[int], Floats]:
+) -> tuple[Cases, Floats]:
     """Return the coarse cases with jobs left, and how long these jobs will simulate.
 
     Coarse cases are those of [sweep], without refined ones.
@@ -380,7 +385,8 @@ def spans_of(
     own = (jobs.row < planner.kind.first) & ((jobs.twin == 0) | (not design.grows))
     if len(mine) < planner.kind.first:
         own &= np.isin(jobs.row, np.asarray(mine))
-    jobs = Jobs(*(one[own] for one in jobs))
+    if not own.all():  # a million cases: without a copy of each
+        jobs = Jobs(*(one[own] for one in jobs))
     least, most = np.ones(len(jobs.row)), longest[jobs.row]
     later = np.flatnonzero(jobs.stage)
     if len(later):
@@ -390,9 +396,11 @@ def spans_of(
         first = jobs.twin == 0
         least[first] *= 1 if twins.is_late else 1 + twins.count
         most[first] *= 1 + twins.count
+    if (np.diff(jobs.row) > 0).all():  # one job each
+        return jobs.row, np.column_stack([least, most])
     cases, number = np.unique(jobs.row, return_inverse=True)
     each = [np.bincount(number, span, len(cases)) for span in (least, most)]
-    return cases.tolist(), np.column_stack(each)
+    return cases, np.column_stack(each)
 
 
 def _spans(

@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import cached_property
 from itertools import product
 from typing import Any
 
@@ -27,7 +28,7 @@ from hpcwhirl.scene.batch_validation import Columns, Many, end_times
 from hpcwhirl.scene.input_names import MISTUNING
 from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES, USUAL
-from hpcwhirl.scene.table import Values, listed
+from hpcwhirl.scene.table import Column, Values, listed
 from hpcwhirl.store.models.engine_file import points_named
 
 NEAREST = 4  # number of finished cases from which a prediction is taken
@@ -216,9 +217,12 @@ class Places:
     """
 
     def __init__(self, design: Design) -> None:
-        columns = design.columns.columns
-        self._known = [(columns[n], _to_unit(columns[n].values)) for n in design.swept]
-        self._cases = len(design.settings)
+        self._design, self._cases = design, len(design.settings)
+
+    @cached_property
+    def _known(self) -> list[tuple[Column, Floats]]:
+        columns = self._design.columns.columns
+        return [(columns[n], _to_unit(columns[n].values)) for n in self._design.swept]
 
     def __len__(self) -> int:
         """Return the number of cases of the campaign."""
