@@ -15,8 +15,15 @@ import numpy as np
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cli.options import add_scene_name, scene_of
-from hpcwhirl.errors import InputError
+from hpcwhirl.cli.options import (
+    SCENES,
+    USUAL,
+    add_json,
+    check_writable,
+    print_paths,
+    scene_of,
+)
+from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, Spin, stiffening_at
@@ -39,10 +46,14 @@ LAYOUT = (
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of `hpcwhirl export-model` on its parser."""
     # fmt: off
-    parser.add_argument("out", type=Path, metavar="FILE.h5", help="file to write")
-    add_scene_name(parser)
+    parser.add_argument(
+        "words", nargs="*", metavar="SCENE",
+        help=f"{SCENES}; without --out FILE.h5 goes before it",
+    )
+    add_option(parser, "--out FILE.h5", "engine file to write", type=Path)
     add_option(parser, "--set NAME=VALUE",
         "set an input, e.g. blades=18; may be repeated", default=[], dest="settings")
+    add_json(parser)
 
 
 def _body(name: str, model: ModalModel) -> dict[str, Any]:
@@ -144,7 +155,9 @@ def run(args: argparse.Namespace) -> int:
     """Write rotor and casing of a scene to an engine's file; return the exit code."""
     from hpcwhirl.store.hdf5 import write_arrays
 
-    scene = scene_of(args.scene, args.settings)
+    out, name = _places(args)
+    check_writable(out, folder=False)
+    scene = scene_of(name, args.settings)
     model = resolve(scene).model
     spin = model.rotor.spin
     if spin is not None and (spin.tilt or spin.released is not None):
@@ -158,6 +171,18 @@ def run(args: argparse.Namespace) -> int:
             "that the table replaces; leave out bearing"
         )
     facts = {"layout": LAYOUT, "scene": to_toml(scene)}
-    write_arrays(args.out, arrays_of(model), facts)
-    print(args.out)
+    write_arrays(out, arrays_of(model), facts)
+    print_paths(args, [out])
     return 0
+
+
+def _places(args: argparse.Namespace) -> tuple[Path, str]:
+    """Return the file to write, and the name of the scene."""
+    words = [*args.words]
+    if args.out is None and not words:
+        msg = "export-model needs --out FILE.h5 (see hpcwhirl export-model --help)"
+        raise InputError(msg)
+    out = Path(words.pop(0)) if args.out is None else args.out
+    if len(words) > 1:
+        raise InputError(f"export-model takes one SCENE, got {shown(' '.join(words))}")
+    return out, words[0] if words else USUAL

@@ -6,7 +6,13 @@ import argparse
 from pathlib import Path
 
 from hpcwhirl.cli.command import add_option
-from hpcwhirl.cli.options import OF_CAMPAIGN, add_units, asked_units
+from hpcwhirl.cli.options import (
+    OF_CAMPAIGN,
+    add_json,
+    add_units,
+    asked_units,
+    print_json,
+)
 from hpcwhirl.errors import InputError, WhirlError
 
 
@@ -36,6 +42,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "directory for the figures (default: figures in the campaign's directory)",
         type=Path)
     add_units(parser, "titles and axes")
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -53,19 +60,24 @@ def run(args: argparse.Namespace) -> int:
     only, results = args.cases, Results(args.folder)
     if args.at:
         only = sorted({*(only or []), *cases_at(results, args.at)})
-    drawn = 0
+    drawn: list[Path] = []
+    lacking: list[str] = []
     figures = draw_figures(
         results, out, args.kind, only,
         transient=args.transient, units=asked_units(args.units),
     )  # fmt: skip
     try:
         for made in figures:
-            drawn += isinstance(made, Path)
-            print(made)
+            drawn += [made] if isinstance(made, Path) else []
+            lacking += [made] if isinstance(made, str) else []
+            if not args.json:
+                print(made)
     except (BrokenPipeError, WhirlError):
         for _ in figures:  # draw the remaining figures, although no one reads the list
             pass
         raise
     if not drawn:
         raise InputError(f"no figure of {args.folder} could be drawn")
+    if args.json:
+        print_json({"files": list(map(str, drawn)), "not_drawn": lacking})
     return 0

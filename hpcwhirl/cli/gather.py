@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hpcwhirl.cli.command import add_option, code_of, tell_failure
-from hpcwhirl.cli.options import OF_CAMPAIGN, add_take_over
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, add_take_over, print_paths
 from hpcwhirl.errors import COMPLETE, FAILED, WhirlError, say
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "gzip level of the traces, 1 to 9 (default 0: not compressed)",
         default=0, choices=range(10))
     add_take_over(parser)
+    add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -58,9 +59,11 @@ def run(args: argparse.Namespace) -> int:
     if comm.rank == 0:
         from hpcwhirl.report.map.maps import refresh
 
-        print(path)
         changed = _words_and_numbers(directory) != before
-        _tell(*refresh(directory, changed=changed))
+        drawn, stale = refresh(directory, changed=changed)
+        print_paths(args, [path, *drawn])
+        for line in stale:
+            say(line)
         code = _code(path)
     return int(from_root(comm, code))
 
@@ -99,14 +102,3 @@ def _code(path: Path) -> int:
         text += "; the campaign's own command computes what is missing"
     say(text)
     return FAILED
-
-
-def _tell(drawn: list[Path], stale: list[str]) -> None:
-    """Print which maps were drawn again, and which other files show older results.
-
-    drawn, stale : paths of maps drawn again; a line for each of the other files
-    """
-    for made in drawn:
-        print(made)
-    for line in stale:
-        say(line)

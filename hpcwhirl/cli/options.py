@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from hpcwhirl.scene.batch_validation import Many
 
 OR_FILE = "directory of a campaign, or a file written by hpcwhirl run --out"
+USUAL = "table2"  # scene by default
+SCENES = f"scene file (TOML), or one of {', '.join(NAMED)} (default {USUAL})"
 OF_CAMPAIGN = "directory of a campaign"
 EVERY = 5.0  # s, least time between two lines on the progress
 UNTOUCHED = (
@@ -156,9 +158,8 @@ def add_json(parser: argparse._ActionsContainer) -> None:
 
 def add_scene_name(parser: argparse.ArgumentParser) -> None:
     """Add the optional argument SCENE: a scene's file, or name of a built-in scene."""
-    known = f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)"
     parser.add_argument(
-        "scene", nargs="?", default="table2", metavar="SCENE", help=known
+        "scene", nargs="?", default=USUAL, metavar="SCENE", help=SCENES
     )
 
 

@@ -450,7 +450,7 @@ def test_one_case_takes_a_campaign_s_file_and_says_what_it_ignores(
     scene = "[scene]\nduration = 1e-4\npulse = 5e-5\nfriction = 0.2\n"
     path.write_text(f"{scene}{tables}[[cases]]\n")
     words = {"run": ["--quiet", "--json"], "model": ["--json"]}.get(command, [])
-    first = [str(out)] if command == "export-model" else []
+    first = ["--out", str(out)] if command == "export-model" else []
     assert main([command, *first, str(path), *words]) == 0
     told, said = capsys.readouterr()
     assert said.count("\n") == 1

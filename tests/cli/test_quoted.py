@@ -26,7 +26,7 @@ CHEAP = {
     "margin",
     "new",
 }
-LONG = {"doctor", "edge", "model", "response", "run", "tradeoff"}
+LONG = {"doctor", "edge", "export-model", "model", "response", "run", "tradeoff"}
 PREPARED = {"DIR": "first", "results": "first", "A": "coarse", "B": "fine",
             "FILE": "whirl.toml", "/scratch/me": "."}  # fmt: skip
 REFUSED = "sensitivity", "basins"  # of `first`: its inputs were not drawn
@@ -126,5 +126,5 @@ def test_a_quoted_command_that_integrates_does_it(words, here, capsys):
 
 def test_no_kind_of_command_is_left_out():
     kinds = {shlex.split(line)[1] for line in quoted_commands() if "…" not in line}
-    made = {"bench", "branches", "export-model", "gather", "classify"}
+    made = {"bench", "branches", "gather", "classify"}
     assert kinds <= {*CHEAP, *LONG, *REFUSED, *READING, *made}

@@ -79,6 +79,23 @@ def test_a_script_gets_the_paths_as_json(command, first, tmp_path, capsys):
     assert all((tmp_path / file).is_file() for file in files)
 
 
+def test_a_script_gets_the_paths_of_figures_and_what_is_not_drawn(
+    first, tmp_path, capsys
+):
+    words = ["--kind", "orbit", "--kind", "wear", "--case", "0", "--json"]
+    assert main(["figures", str(first), *words, "--out", str(tmp_path)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["files"] == [str(tmp_path / "orbit-0000.png")]
+    assert [line.partition(":")[0] for line in told["not_drawn"]] == ["wear"]
+
+
+def test_a_script_gets_the_paths_of_gathered_results(first, capsys):
+    assert main(["gather", str(first), "--json"]) in {0, 1}
+    files = json.loads(capsys.readouterr().out)["files"]
+    assert files[0] == str(first / "results.h5")
+
+
+
 @pytest.mark.parametrize("starts", [True, False])
 def test_a_page_is_opened_in_the_browser(starts, first, tmp_path, monkeypatch, capsys):
     asked = []

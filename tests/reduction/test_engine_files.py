@@ -1,5 +1,6 @@
 """Hostile engine files: what escapes the digest, has no end, or has no room."""
 
+import json
 import os
 import resource
 import shutil
@@ -317,3 +318,15 @@ def test_damaged_files_are_told_in_one_line(exported, tmp_path):
 
 def test_a_missing_file_stays_told_as_before(tmp_path):
     assert "No such file" in refusal(tmp_path / "none.h5", MissingFileError)
+
+
+def test_the_file_may_be_named_by_an_option_as_for_import_model(tmp_path, capsys):
+    first, second = (tmp_path / name for name in ("first.h5", "second.h5"))
+    assert main(["export-model", str(first), "table2", *SMALL]) == 0
+    words = ["export-model", "table2", "--out", str(second), "--json", *SMALL]
+    capsys.readouterr()
+    assert main(words) == 0
+    assert json.loads(capsys.readouterr().out) == {"files": [str(second)]}
+    assert first.read_bytes() == second.read_bytes()
+    assert main([words[0], "table1", *words[1:]]) == 2
+    assert "takes one SCENE, got 'table1 table2'" in capsys.readouterr().err
