@@ -8,6 +8,7 @@ nothing in the rotor's plane, and numbers of nodes, tags and colours are skipped
 other column must be zero: what it says is not modelled. Without a speed a table has one
 row, which holds at all speeds.
 
+ROSS 3 calls the speed `speed`, and saves how it interpolates, which must be as here.
 Coefficients that depend on the frequency of the motion, as those of magnetic bearings,
 have two axes, speed and frequency, in ROSS 3; they are refused.
 """
@@ -38,7 +39,11 @@ AXES = "speed", AXIS, "w"
 COEFFICIENTS = "kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"
 HEAD = ",".join((AXIS, *COEFFICIENTS))
 USUAL = {"kyy": "kxx", "cyy": "cxx"}  # default of a bearing's missing column
-SKIPPED = {"n", "n_link", "tag", "color", "scale_factor", "name", "kzz", "czz", "mzz"}
+SKIPPED = {
+    "n", "n_link", "tag", "color", "scale_factor", "name", "kzz", "czz", "mzz",
+    "radial_clearance", "seal_leakage", "interpolation",
+}  # fmt: skip
+BETWEEN = "interpolation", "pchip"  # key of ROSS 3, and its value as here
 UNITS = {"k": "N/m", "c": "N s/m"}
 OVER_WHIRL = "magnetic", "squeezefilm"  # in names of elements with such coefficients
 WHIRL = "coefficients over the frequency of the whirl are not modelled, only over speed"
@@ -90,6 +95,10 @@ def _rows(columns: Mapping[str, Column]) -> Rows:
     must(len(axes) < 2, f"it has {' and '.join(axes)}: {WHIRL}")
     missing = ", ".join(name for name in ("kxx", "cxx") if name not in columns)
     must(not missing, f"it must have the columns {missing}, got {_names(columns)}")
+    key, usual = BETWEEN
+    for cell in columns[key].cells.values() if key in columns else ():
+        told = f"{key} = {shown(cell)} is not modelled, only {usual}"
+        must(cell == usual or len(columns["kxx"].cells) < 3, told)
     known = {*AXES, *COEFFICIENTS, *SKIPPED}
     refuse_unknown(columns, known.__contains__, (*AXES, *COEFFICIENTS), _why)
     length = len(columns["kxx"].cells)

@@ -95,7 +95,6 @@ def test_a_script_gets_the_paths_of_gathered_results(first, capsys):
     assert files[0] == str(first / "results.h5")
 
 
-
 @pytest.mark.parametrize("starts", [True, False])
 def test_a_page_is_opened_in_the_browser(starts, first, tmp_path, monkeypatch, capsys):
     asked = []

@@ -41,6 +41,15 @@ ROSS_3 = f"""{{"BearingElement_0": {{"n": 0, "tag": "left", "n_link": null,
  "cxx": [2000.0, 1500.5], "frequency": [{1000 * RPM!r}, {6000 * RPM!r}]}},
  "BearingElement_1": {{"n": 6, "tag": "right", "kxx": 1e7, "cxx": 1}}}}
 """
+ROSS_31 = (
+    ROSS_2.replace("frequency", "speed")
+    + """interpolation = "pchip"
+radial_clearance = 1e-4
+mxx = [ 0.0, 0.0,]
+kzz = [ 1.0, 1.0,]
+scale_factor = 1
+"""
+)
 WIDE = "kxx,kyy,kxy,kyx,cxx"
 ROWS = "1000,2e7,3e7,2e5,-3e5,2e3\n6000,4e7,4.5e7,6e5,-5e5,1500.5\n"
 IN_MM = "1000,20000,30000,200,-300,2000\n6000,40000,45000,600,-500,1500.5\n"
@@ -95,6 +104,7 @@ READ = {  # {name: (reader, table, file, content)}
     "ROSS 2": (of(bearing_table), BEARING, "b.toml", ROSS_2),
     "ROSS 2, one of two": (of(bearing_table), BEARING, "b.toml#left",
                            ROSS_2 + ROSS_2.replace("_a", "_b").replace("left", "x")),
+    "ROSS 3.1": (of(bearing_table), BEARING, "b.toml", ROSS_31),
     "ROSS, JSON": (of(bearing_table), BEARING, "b.json#left", ROSS_3),
     "ROSS, JSON by its key": (of(bearing_table), BEARING, "b.json#BearingElement_0",
                               ROSS_3),
