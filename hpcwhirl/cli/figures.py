@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 
 from hpcwhirl.cli.command import add_option
@@ -60,24 +61,30 @@ def run(args: argparse.Namespace) -> int:
     only, results = args.cases, Results(args.folder)
     if args.at:
         only = sorted({*(only or []), *cases_at(results, args.at)})
-    drawn: list[Path] = []
-    lacking: list[str] = []
     figures = draw_figures(
         results, out, args.kind, only,
         transient=args.transient, units=asked_units(args.units),
     )  # fmt: skip
+    made = _told(figures, quiet=args.json)
+    paths = [str(one) for one in made if isinstance(one, Path)]
+    if not paths:
+        raise InputError(f"no figure of {args.folder} could be drawn")
+    if args.json:
+        lacking = [one for one in made if isinstance(one, str)]
+        print_json({"files": paths, "not_drawn": lacking})
+    return 0
+
+
+def _told(figures: Iterator[Path | str], *, quiet: bool) -> list[Path | str]:
+    """Draw figures, print a line for each unless `quiet`; return paths and reasons."""
+    made: list[Path | str] = []
     try:
-        for made in figures:
-            drawn += [made] if isinstance(made, Path) else []
-            lacking += [made] if isinstance(made, str) else []
-            if not args.json:
-                print(made)
+        for one in figures:
+            made.append(one)
+            if not quiet:
+                print(one)
     except (BrokenPipeError, WhirlError):
         for _ in figures:  # draw the remaining figures, although no one reads the list
             pass
         raise
-    if not drawn:
-        raise InputError(f"no figure of {args.folder} could be drawn")
-    if args.json:
-        print_json({"files": list(map(str, drawn)), "not_drawn": lacking})
-    return 0
+    return made

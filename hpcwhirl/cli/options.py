@@ -158,9 +158,7 @@ def add_json(parser: argparse._ActionsContainer) -> None:
 
 def add_scene_name(parser: argparse.ArgumentParser) -> None:
     """Add the optional argument SCENE: a scene's file, or name of a built-in scene."""
-    parser.add_argument(
-        "scene", nargs="?", default=USUAL, metavar="SCENE", help=SCENES
-    )
+    parser.add_argument("scene", nargs="?", default=USUAL, metavar="SCENE", help=SCENES)
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
