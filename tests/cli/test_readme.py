@@ -140,14 +140,6 @@ def test_a_terminal_is_shown_headings_without_their_marks(capsys, monkeypatch):
     assert "# " not in told
 
 
-def test_a_wheel_holds_the_pages():
-    from hatchling.builders.wheel import WheelBuilder
-
-    files = WheelBuilder(str(ROOT)).recurse_included_files()
-    held = {Path(file.distribution_path).as_posix() for file in files}
-    assert {f"hpcwhirl/manual/{path.name}" for path in PAGES[1:]} <= held
-
-
 @pytest.mark.parametrize("line", quoted_commands())
 def test_a_command_quoted_exists_with_its_options(line):
     words = shlex.split(line.replace("[", "").replace("]", ""))

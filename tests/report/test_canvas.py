@@ -157,3 +157,20 @@ def test_every_picture_that_is_written_is_drawn_in_the_defaults_of_matplotlib():
         not in {ast.unparse(m).removeprefix("canvas.") for m in one.decorator_list}
     ]
     assert not bare
+
+
+def test_a_film_keeps_the_colour_of_contacts_that_its_last_frame_lacks(tmp_path):
+    from PIL import Image, ImageColor
+
+    from hpcwhirl.report.figures import wheel
+
+    frames = [Image.new("RGB", (40, 40), wheel.palette.GROUND) for _ in range(2)]
+    frames[1].putdata([(5 * x % 256, 3 * x % 256, x % 256) for x in range(1600)])
+    touch = ImageColor.getrgb(wheel.TOUCH)
+    frames[0].putpixel((20, 20), touch)
+    path = tmp_path / "film.gif"
+    frames[0].save(path, save_all=True, append_images=frames[1:])
+    wheel._with_few_colours(path)
+    with Image.open(path) as film:
+        found = film.convert("RGB").getpixel((20, 20))
+    assert max(abs(a - b) for a, b in zip(found, touch, strict=True)) < 4

@@ -25,7 +25,7 @@ from hpcwhirl.store.reading.results_file import Results
 STRIP = 6  # frames of the strip
 MOST = 120  # frames of the film
 RATE = 15  # frames of the film a second
-COLOURS = 16  # of a GIF
+TINTS = (1.0, 0.6, 0.25)  # shares of a colour in a GIF; the rest is the ground's
 GAP_SHARE = 0.07  # of the wheel's radius that the gap takes, or less:
 LONGEST_SHARE = 0.22  # the largest displacement takes no more than this
 HUB = 0.16  # least radius of the drawn hub / that of the wheel
@@ -68,7 +68,8 @@ def write_film(results: Results, case: int, path: Path) -> Path:
     frames, scene = _frames(results, case)
     figure, axes = new_figure((4.6, 5.0))
     scale = _scale(frames)
-    title = f"{title_of(results.rows[case])}\n{_legend(frames, scale, scene)}"
+    legend = _legend(frames, scale, scene).replace("; red", "\nred")
+    title = f"{title_of(results.rows[case])}\n{legend}"
 
     def drawn(n: int) -> list[Any]:
         axes.clear()
@@ -89,15 +90,31 @@ def write_film(results: Results, case: int, path: Path) -> Path:
 
 
 def _with_few_colours(path: Path) -> None:
-    """Write a GIF again with one palette for all frames: half as large."""
+    """Write a GIF again with one palette for all frames: half as large.
+
+    It has the colours drawn and tints of them: one taken from a frame lacks the colour
+    of contacts where this has few.
+    """
     from PIL import Image, ImageSequence
 
     with Image.open(path) as film:
         frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(film)]
-    shades = frames[-1].quantize(COLOURS)
+    shades = Image.new("P", (1, 1))
+    shades.putpalette(tints())
     first, *others = (f.quantize(palette=shades, dither=0) for f in frames)
     first.save(path, save_all=True, append_images=others, loop=0, optimize=True,
                duration=1000 // RATE)  # fmt: skip
+
+
+def tints() -> list[int]:
+    """Return the colours of a GIF: red, green, blue of each, one after another."""
+    from matplotlib.colors import to_rgb
+
+    ground = np.array(to_rgb(palette.GROUND))
+    drawn = np.array([to_rgb(c) for c in (BLADES, TOUCH, PATH, WALL, palette.INK)])
+    mixed = [share * drawn + (1.0 - share) * ground for share in TINTS]
+    levels = np.rint(255 * np.vstack([*mixed, ground])).astype(int)
+    return [int(level) for level in levels.ravel()]
 
 
 def _frames(results: Results, case: int) -> tuple[Frames, Scene]:
