@@ -148,8 +148,9 @@ class Case:
         settings: dict[str, Value] = {"force": 0.0} if self.goes_on else {}
         if self.given.solver.accuracy > 0.0:
             settings["time_step"] = self.step
-        if self.model.rotor.spin is not None and law_of(self.given) is not None:
-            settings["scheme"] = "general"  # waves hold for one speed only
+        spins = self.model.rotor.spin is not None and law_of(self.given) is not None
+        if spins and self.given.solver.scheme == "paper":
+            settings["scheme"] = "general"  # its matrices are those of one speed
         if self.given.gap_at == "rest":
             if self.model.rotor.points is not None:
                 raise InputError(
@@ -191,7 +192,10 @@ class Case:
         """Predicted computing time on one core, s, if the run goes to its end."""
         engine, name = self.given.engine, self.given.solver.scheme
         slips = self.given.friction_law != "constant"
-        if law_of(self.given) is not None and (slips or engine.rotation != "none"):
+        turns = engine.rotation != "none" and (
+            name == "paper" or engine.rotor.is_uneven
+        )
+        if law_of(self.given) is not None and (slips or turns):
             name = "general"
         step = SCHEMES[name].step_seconds(
             engine.rotation, engine.rotor.blades, uneven=engine.rotor.is_uneven,

@@ -32,6 +32,7 @@ PARTS = 4  # sections in the time constant of a decay, or in a smooth change
 LAST = 12  # time constants after which a decay has one section
 ON_STEP = 1e-6  # part of a step by which a table's row may miss the end of a step
 LEAST = 1e-12  # m, gap below which an interval need not be shorter
+COUPLED = 2.0  # |d omega / d Omega| of waves of the rotor by Coriolis forces, at most
 LOOKS = 33  # speeds at which growth of the tips is computed for its derivatives
 MOST_KEPT = 32  # number of cached models, as in `reduction.model`
 
@@ -241,8 +242,8 @@ class Interval(NamedTuple):
     Attributes
     ----------
     speed : rad/s, mean Omega from half a step before the start to half a step before
-        the end
-    rate : rad/s^2, mean dOmega/dt
+        the end, of all intervals that share the rotor's matrices
+    rate : rad/s^2, mean dOmega/dt of these intervals
     turn : rad/s, mean rate of the rotor's angle theta in the interval
     first : rad/s, rate of theta, a parabola in time t, at the start of the interval
     since : s, start of the interval
@@ -268,10 +269,12 @@ class Section(NamedTuple):
     ----------
     first : number of the step with which it begins
     every : number of steps of an interval
+    shared : number of intervals for which the rotor's matrices stay those of one speed
     """
 
     first: int
     every: int
+    shared: int = 1
 
 
 @dataclass(frozen=True)
@@ -294,10 +297,14 @@ class Schedule:
         """The sections of the run, in which intervals have different lengths."""
         return sections_of(self.scene, self.model, self.gaps)
 
-    def span(self, steps: int) -> tuple[int, int]:
-        """Return the first step of the interval that has a step, and that after it."""
+    def span(self, steps: int, *, shared: bool = False) -> tuple[int, int]:
+        """Return the first step of the interval that has a step, and that after it.
+
+        shared : whether to return those of all intervals that share the matrices
+        """
         place = bisect_right(self.sections, steps, key=lambda part: part.first) - 1
-        first, every = self.sections[place]
+        first, every, count = self.sections[place]
+        every *= count if shared else 1
         since = first + (steps - first) // every * every
         after = self.sections[place + 1 : place + 2]
         return since, min([since + every, *(part.first for part in after)])
@@ -334,12 +341,23 @@ class Schedule:
         ends = np.array([since, until])
         (before, after), (begun, ended) = self.law.angle(ends), self.law.speed(ends)
         turn, rate = (after - before) / lasts, (ended - begun) / lasts
-        back, on = self.law.angle(ends - 0.5 * step)  # for steps since .. until - step
         bend = 0.0 if self.straight else 0.5 * rate
         first = turn - bend * lasts
-        mean, ahead = (on - back) / lasts, before - first * since
+        mean, rate = self._matrices(steps)
+        ahead = before - first * since
         parts = mean, rate, turn, first, since, ahead, bend, opens[0], opening
         return Interval._make(map(float, parts))
+
+    def _matrices(self, steps: int) -> tuple[float, float]:
+        """Return Omega, rad/s, and its rate, rad/s^2, of the matrices at a step."""
+        if self.law is None:
+            return self.scene.speed, 0.0
+        step = self.scene.solver.time_step
+        ends = step * np.array(self.span(steps, shared=True))
+        lasts = ends[1] - ends[0]
+        begun, ended = self.law.speed(ends)
+        back, on = self.law.angle(ends - 0.5 * step)  # of steps from the first on
+        return float((on - back) / lasts), float((ended - begun) / lasts)
 
     @cached_property
     def _ahead(self) -> tuple[Integers, Floats]:
@@ -373,10 +391,11 @@ def schedule_of(scene: Scene, model: Model) -> Schedule | None:
 def rides(scene: Scene, model: Model) -> bool:
     """Return whether a run with intervals integrates the casing in the rotor's frame.
 
-    It is unless it consists of elements, the rotor has terms of rotation, or the scheme
-    is `paper`.
+    It is unless it consists of elements, the scheme is `paper`, or it is `general` and
+    the rotor has terms of rotation.
     """
-    apart = model.rotor.spin is not None or scene.solver.scheme == "paper"
+    spins, scheme = model.rotor.spin is not None, scene.solver.scheme
+    apart = scheme == "paper" or (scheme == "general" and spins)
     return not (apart or scene.engine.casing.discretization == "elements")
 
 
@@ -388,7 +407,8 @@ def sections_of(
     In an interval T, the phase of a wave of frequency omega, integrated at the mean
     speed, errs by at most h |dOmega/dt| T^2 / 8 rad; at the interval's end, the
     error is of third order. h = |d omega / d Omega| is at most 2 by Coriolis forces, or
-    the highest harmonic of a ring integrated in the rotor's frame. The gap g, linear in
+    the highest harmonic of a ring integrated in the rotor's frame; then several
+    intervals may share the matrices of the rotor. The gap g, linear in
     an interval, errs by at most |d^2 g / dt^2| T^2 / 8, of which the share in g counts.
     Sections begin at the rows of tables, so that what is linear between rows is exact;
     a row inside a step has this step as a section.
@@ -401,7 +421,9 @@ def sections_of(
     last = max(math.ceil(scene.end_times[-1] / step), firsts[-1] + 1)
     begin, end = (step * np.array(part) for part in (firsts, [*firsts[1:], last]))
     rate, bent = law.changes_in(begin, end) if law else (0.0 * begin, 0.0 * begin)
-    waves = float(scene.engine.casing.harmonics) if rides(scene, model) else 2.0
+    waves = COUPLED
+    if rides(scene, model):
+        waves = max(float(scene.engine.casing.harmonics), COUPLED)
     curve = _closing(scene, begin)
     if law is not None and scene.gap_at == "rest":
         slope, curved = _growing(model, law.range_until(scene.end_times[-1]))
@@ -410,9 +432,12 @@ def sections_of(
     room[room <= 0.0] = scene.gap  # such a run is refused
     with np.errstate(divide="ignore", over="ignore"):
         worst = np.maximum(waves * rate, curve / np.maximum(room, LEAST))
-        longest = np.sqrt(8.0 * accuracy / worst) / step
-    every = np.clip(longest, 1.0, MOST_STEPS).astype(int).tolist()
-    return tuple(map(Section, firsts, every))
+        every, longest = (
+            np.clip(np.sqrt(8.0 * accuracy / most) / step, 1.0, MOST_STEPS).astype(int)
+            for most in (worst, COUPLED * rate)
+        )
+    shared = np.maximum(longest // every, 1) if model.rotor.spin is not None else 1
+    return tuple(map(Section, firsts, every.tolist(), (shared + 0 * every).tolist()))
 
 
 def _first_steps(scene: Scene, law: SpeedLaw | None) -> list[int]:

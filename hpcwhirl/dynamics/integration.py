@@ -138,7 +138,10 @@ def _why(model: Model, scene: Scene, aside: list[ModeAside]) -> str:
         more = f" and {len(aside) - MOST} more" if len(aside) > MOST else ""
         return f"modes that do not oscillate are no waves: {'; '.join(named)}{more}"
     if model.rotor.spin is not None and law_of(scene) is not None:
-        return "with terms of rotation, waves depend on the changing speed"
+        return (
+            "unequal sectors, or several points a tip, with terms of rotation at a "
+            "changing speed"
+        )
     return "two waves nearly coincide at this speed"
 
 

@@ -25,7 +25,7 @@ from hpcwhirl.dynamics.bodies.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_of
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.kernel_types import Body, Strides, Tracks
+from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
 from hpcwhirl.dynamics.kernels.loop.flight import LESS
 from hpcwhirl.dynamics.schemes import before_and_after, scheme_of
 from hpcwhirl.dynamics.schemes.by_sectors import folds_well
@@ -388,9 +388,7 @@ class March:
 
         It is larger for a rotor with terms of rotation at a changing speed.
         """
-        rotor = self.scheme.arrays.rotor
-        driven = isinstance(rotor, Body) and len(rotor.force) > 0
-        return contact.OF_WHOLE + 1 if driven else contact.COLUMNS
+        return contact.OF_WHOLE + 1 if self.scheme.drives else contact.COLUMNS
 
     @property
     def counter(self) -> Any:

@@ -126,7 +126,7 @@ def _residual(march: March) -> float:
     now, entries = march.scheme.balance(march.state), march.state.ledger
     given = entries[[contact.PULSE, contact.FRICTION, contact.ROTATION]].sum()
     lost = now.energy + now.damping + entries[contact.IMPACT] + now.impact
-    return float(lost - given - now.friction - now.rotation)
+    return float(lost - given - now.friction - now.rotation - now.loading)
 
 
 def _check(march: March, a: Any, b: Any) -> None:

@@ -251,7 +251,7 @@ def _closing(march: Run) -> dict[str, float]:
         impact = entries[contact.IMPACT] + now.impact
         friction = entries[contact.FRICTION] + now.friction
         rotation = entries[contact.ROTATION] + now.rotation
-        pulse, wear = entries[contact.PULSE], entries[contact.WEAR]
+        pulse, wear = entries[contact.PULSE] + now.loading, entries[contact.WEAR]
         ledger = _ledger(
             [now.energy, now.damping, pulse, impact, friction, rotation, wear]
         )

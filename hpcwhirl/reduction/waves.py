@@ -248,7 +248,7 @@ def diameter_matrices(
     """
     spin = model.terms
     stiffness = np.diag(piece.omega**2) + stiffening_at(piece, speed)
-    gyro, damping = 2 * speed * piece.coriolis, _modal_damping(model, piece)
+    gyro, damping = 2 * speed * piece.coriolis, modal_damping(model, piece)
     push, damping = np.zeros_like(gyro), damping.astype(np.complex128)
     others = (one.support for one in spin.stations)
     elsewhere = zip(piece.stations, others, strict=False)  # none on other diameters
@@ -262,7 +262,7 @@ def diameter_matrices(
     return gyro, damping, stiffness, push
 
 
-def _modal_damping(model: ModalModel, piece: SpinBlock) -> Floats | Complexes:
+def modal_damping(model: ModalModel, piece: SpinBlock) -> Floats | Complexes:
     """Return the modal damping of a rotor on one nodal diameter, (m, m), 1/s."""
     chosen = np.flatnonzero((model.diameter == piece.k) & (model.phase == 0))
     ratios, held = model.ratios[chosen], model.unheld

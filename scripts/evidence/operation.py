@@ -198,6 +198,7 @@ def cost() -> None:
     """Print the time of a step of run-ups over that at constant speed."""
     kinds = {
         "modal, none": PULSED | {"speed": 300.0, "duration": 0.5},
+        "modal, full": UNBALANCED | {"speed": 430.0, "duration": 0.3},
         "general, full": UNBALANCED | {"speed": 430.0, "duration": 0.3,
                                        "scheme": "general"},
     }  # fmt: skip

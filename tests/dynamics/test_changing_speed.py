@@ -98,6 +98,29 @@ def test_the_ring_in_both_frames_is_the_same(blades):
     )
 
 
+def test_waves_of_intervals_move_and_work_as_coupled_modes(monkeypatch):
+    """In the same intervals of many steps, in contact: motion, works, evidence."""
+    monkeypatch.setattr(speed, "rides", lambda *_: True)
+    given = KINDS["driven"] | {
+        "duration": 4e-3, "acceleration": 2000.0, "blades": 7, "traces": "blades",
+    }  # fmt: skip
+    (march, own), (_, other) = (
+        (march, march.run()) for march in (march_of(**given, scheme=name)
+                                           for name in ("modal", "general"))
+    )  # fmt: skip
+    assert len(march.scheme.arrays.rotor.drive.at) > 0
+    assert 3 < march.schedule.sections[0].every < march.total / 3
+    assert own.contacts == other.contacts > 0
+    for name in ("tips", "centre", "energy", "lost", "fed", "circle"):
+        one, two = getattr(own, name), getattr(other, name)
+        assert np.abs(one - two).max() <= 1e-9 * np.abs(two).max(), name
+    whole = own.judged.whole, other.judged.whole
+    assert np.abs(whole[0] - whole[1]).max() <= 1e-9 * whole[1].max()
+    near = 1e-9 * sum(map(abs, other.ledger.values()))
+    for term, value in own.ledger.items():
+        assert abs(value - other.ledger[term]) <= near, term
+
+
 @pytest.fixture(scope="module")
 def passage():
     """A run-up through a critical speed, with intervals that do not count."""
@@ -186,7 +209,7 @@ def test_a_balanced_rotor_at_a_hardly_changing_speed_has_the_evidence_of_a_still
     still, changing = (march_of(**BALANCED, acceleration=rate) for rate in (0.0, 1e-6))
     found, history = evidence(still.scene, still.run()), changing.run()
     assert history.last_contact > 0.02
-    assert 0.0 < np.abs(history.circle).max() < 1e-15 * np.abs(history.centre).max()
+    assert np.abs(history.circle).max() < 1e-15 * np.abs(history.centre).max()
     other = evidence(changing.scene, history)
     names = [n for n in found if n.startswith("growth") or n == "summit"]
     assert found["summit"] != 0.0
@@ -242,15 +265,29 @@ def test_the_error_of_an_interval_is_of_second_order(passage):
     assert 3.0 < missed[0] / missed[1] < 5.0
 
 
-def test_an_interval_is_as_long_as_its_phase_may_err():
-    case = resolve(apply_settings(Scene(), RUB | {"rotation": "full"}))
+@pytest.mark.parametrize("scheme", ["modal", "general"])
+def test_an_interval_is_as_long_as_its_phase_may_err(scheme):
+    """That of a wave of the ring in the rotor's frame, and of one of the rotor."""
+    given = RUB | {"rotation": "full", "scheme": scheme}
+    case = resolve(apply_settings(Scene(), given))
     (section,) = speed.schedule_of(case.scene, case.model).sections
-    every = section.every
-    for steps, kept in ((every, True), (every + 1, False)):
-        time = RUB["time_step"] * np.linspace(0.0, steps, 1001)
-        turned = RUB["speed"] * time + RUB["acceleration"] * time**2 / 2
-        missed = 2 * np.abs(turned - turned[-1] * time / time[-1]).max()
-        assert (missed <= speed.USUAL) == kept
+    ring = case.scene.engine.casing.harmonics if scheme == "modal" else 2
+    parts = (ring, section.every, 1), (2, section.every * section.shared, section.every)
+    for fastest, every, more in parts:
+        for steps, kept in ((every, True), (every + more, False)):
+            time = RUB["time_step"] * np.linspace(0.0, steps, 1001)
+            turned = RUB["speed"] * time + RUB["acceleration"] * time**2 / 2
+            missed = np.abs(turned - turned[-1] * time / time[-1]).max()
+            assert (fastest * missed <= speed.USUAL) == kept
+
+
+def test_a_run_up_with_rotation_is_that_of_all_sectors():
+    """Euler's force and the changing matrices are those of the whole rotor."""
+    given = RUB | {"rotation": "full", "nodal_diameter": 2, "duration": 5e-4}
+    march = march_of(**given)
+    assert march.case.plan.folds == 2
+    assert march.lean.model.folds == 1
+    assert march.run().stop == "end"
 
 
 @pytest.mark.parametrize("closure", [5e-5, -5e-5])

@@ -64,10 +64,10 @@ def test_the_ledger_closes(scenes, name, scheme):
 
 
 LOST = {"pulse": 2.4e-3, "plan": "everything"}, 1000  # a pulse during contact; steps
-# `general` has a sum of its own: with rotation at a changing speed that of the motion
-# beside the one by Euler's force; supports unlike work, a shape is let go at once, a
-# shell's modes are more than its displacements tell, and modes that are coupled have no
-# closed form in a step of `exact`
+# `general` has a sum of its own; with rotation at a changing speed the displacements
+# have the motion without contact, too; supports unlike work, a shape is let go at
+# once, a shell's modes are more than its displacements tell, and modes that are coupled
+# have no closed form in a step of `exact`
 LESS_ASKED = (
     "layer", "elements", "supports", "film", "bearing", "run-up, rot", "start, r",
     "unbalance, run-up", "let go", "shell",

@@ -35,6 +35,48 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.supports import planar
 from hpcwhirl.scene import Scene
 
+LEAST = 1e-12  # share of the largest force on a mode below which others are round-off
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Forces f_0 on the m modes of a rotor that no contact causes, at any speed.
+
+    Attributes
+    ----------
+    moment : kg m, of the unbalance, as x + i y
+    hub : (2, m), x_o, y_o for unit amplitudes of the modes
+    euler, released : (m,), forces of Euler by unit -dOmega/dt; of a lost blade by unit
+        Omega^2
+    """
+
+    moment: complex
+    hub: Floats
+    euler: Floats
+    released: Floats
+
+    def at(self, speed: float, rate: float) -> Floats:
+        """Return f_0, (m,), at a speed, rad/s, and its rate, rad/s^2."""
+        pull = (speed**2 - 1j * rate) * self.moment
+        force = np.array([pull.real, pull.imag]) @ self.hub - rate * self.euler
+        return np.asarray(force + speed**2 * self.released)
+
+    def moves(self) -> NDArray[np.bool_]:
+        """Return which modes these forces move, (m,), but by round-off."""
+        rows = abs(self.moment) * self.hub, self.euler[None], self.released[None]
+        sizes = np.abs(np.vstack(rows))
+        least = LEAST * sizes.max(axis=1, keepdims=True)
+        return np.asarray((sizes > least).any(axis=0))
+
+
+def loads_of(model: Model, scene: Scene) -> Loads:
+    """Return the forces on a rotor's modes at rest that no contact causes."""
+    body, spin = model.rotor, model.rotor.terms
+    none, loads = np.zeros(len(body.shapes)), (spin.swing, spin.released)
+    each = (body.shapes.T @ (none if load is None else load) for load in loads)
+    moment = scene.unbalance * cmath.exp(1j * scene.unbalance_phase)
+    return Loads(moment, centre_rows(body, model.blades), *each)
+
 
 class _Group(NamedTuple):
     """Matrices of all those blocks of coupled modes that have the same size s.
@@ -87,18 +129,13 @@ class DrivenRotor:
         self.step = scene.solver.time_step
         self.supports = spin.support, *(one.support for one in spin.stations)
         self.mass = body.mass
-        self.moment = scene.unbalance * cmath.exp(1j * scene.unbalance_phase)
+        self.loads = loads_of(model, scene)
         self.shapes = body.shapes[:, self.order]
         self.hub = centre_rows(body, model.blades)[:, self.order]
         elsewhere = [one.rows @ self.shapes for one in spin.stations]
         self.rows = np.stack([self.hub, *elsewhere])
         rows = contact_rows(body, model.blades)
         self.radial, self.tangential = (part[:, self.order] for part in rows)
-        swing = np.zeros(len(body.mass)) if spin.swing is None else spin.swing
-        self.euler = self.shapes.T @ swing
-        self.released = np.zeros(len(self.order))
-        if spin.released is not None:
-            self.released = self.shapes.T @ spin.released
         none = np.zeros_like(spin.stiffening)
         damping = body.damping_matrix()
         if spin.material is not None:
@@ -130,9 +167,7 @@ class DrivenRotor:
                 for i, part in enumerate(parts)
             ]
             held = np.ascontiguousarray(self.rows[:, :, modes].swapaxes(1, 2))
-            moved = (self.euler[modes] != 0.0) | (self.released[modes] != 0.0)
-            moved = moved.any(axis=1)
-            moved |= held[0].any(axis=(1, 2)) & (self.moment != 0.0)
+            moved = self.loads.moves()[self.order[modes]].any(axis=1)
             extra = further + size**2 * np.arange(moved.sum())
             further += size**2 * len(extra)
             flat, again = (at[:, None, None] + inside for at in (begun[own], extra))
@@ -160,9 +195,7 @@ class DrivenRotor:
     def set(self, body: Body, interval: Interval) -> None:
         """Set the kernel's arrays of the rotor to those of an interval of speed."""
         step, speed, rate = self.step, interval.speed, interval.rate
-        pull = (speed**2 - 1j * rate) * self.moment
-        self.force = np.array([pull.real, pull.imag]) @ self.hub - rate * self.euler
-        self.force += speed**2 * self.released
+        self.force = self.loads.at(speed, rate)[self.order]
         for group in self.groups:
             gyro, damping, stiffness, push = self._held(group, speed)
             before = (damping + gyro) / (2 * step)

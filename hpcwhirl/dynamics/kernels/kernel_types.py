@@ -175,7 +175,8 @@ class CyclicState(NamedTuple):
         points the clearances alone
     sums_b : J, works and losses, see `loop.slots.pass_slots` and
         `loop.point_rows.book_points`
-    sums_c : J, by slot the energy that start and pulse have given
+    sums_c : J, by slot first the energy that start, pulse and intervals of speed have
+        given, then `loop.slots.TURNING`
     known : (N + 3 + CHANGES,), blades in contact in the last solution, see
         `ConstantSpace`
     last, counter, ledger, impulse, worn : as in `BodiesState`

@@ -14,23 +14,31 @@ from scipy.linalg import circulant
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.case.limits import step_counts
-from hpcwhirl.case.speed import Interval, angle_at
-from hpcwhirl.case.unbalance import share_at_start
+from hpcwhirl.case.speed import Interval, angle_at, law_of
+from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, amplitudes, lowering
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_under, wears
 from hpcwhirl.dynamics.bodies.turning import added_by, included_in
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Load
+from hpcwhirl.dynamics.kernels.loop.circulant import renew
 from hpcwhirl.dynamics.kernels.loop.points import march_points
 from hpcwhirl.dynamics.kernels.loop.slot_steps import slot_space, works_of_slots
-from hpcwhirl.dynamics.kernels.loop.slots import SEEN, energies_of_slots
+from hpcwhirl.dynamics.kernels.loop.slots import (
+    SEEN,
+    TURNING,
+    energies_of_slots,
+    turning_of_slots,
+)
 from hpcwhirl.dynamics.kernels.loop.wave_types import (
     FlowRows,
     SlotContact,
+    SlotDrive,
     SlotFlight,
     SlotPulse,
     SlotRotor,
     SlotRows,
+    SlotSpace,
 )
 from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned, widths
 from hpcwhirl.dynamics.schemes.integrator import (
@@ -43,6 +51,12 @@ from hpcwhirl.dynamics.schemes.integrator import (
     write_gaps,
 )
 from hpcwhirl.dynamics.waves.casing import ready_at
+from hpcwhirl.dynamics.waves.driven_slots import (
+    NO_DRIVE,
+    DrivenSlots,
+    Pace,
+    hub_of,
+)
 from hpcwhirl.dynamics.waves.flights import LONGEST, can_fly
 from hpcwhirl.dynamics.waves.free_motion import FreeMotion
 from hpcwhirl.dynamics.waves.free_waves import free_slots
@@ -280,6 +294,14 @@ def _laid(model: Model, rotor: SlotWaves, ring: SlotWaves, *, flies: bool) -> La
 
 
 Hub = tuple[Integers, Floats]
+FIXED_PLACES = 5  # first fields of `SlotDrive`, which no speed changes
+
+
+def _with(driven: DrivenSlots, drive: SlotDrive) -> Hub:
+    """Return the waves that move the centre, with those of a motion without contact."""
+    index, moved = driven.hub()
+    both = np.concatenate([hub_of(moved), drive.hub], axis=1)
+    return np.append(index, drive.at).astype(np.int64), np.ascontiguousarray(both)
 
 
 @lru_cache(maxsize=MOST_RUBBED)
@@ -349,7 +371,11 @@ class EqualWaves(Integrator):
     own, beside : conversion of motions of rotor and casing
     at : where waves lie among the state's amplitudes
     steady : orbits of an unbalanced rotor; none if balanced
+    driven : waves of a rotor with terms of rotation whose speed changes; None: others
+    moves : whether a run with such a rotor starts from a motion
     """
+
+    moves = False
 
     def __init__(
         self, model: Model, scene: Scene, diameters: list[Diameter], beat: int
@@ -358,38 +384,60 @@ class EqualWaves(Integrator):
             scene.solver.time_step, friction_with_sign(scene), scene.solver.flies,
         )  # fmt: skip
         slots, _ = widths(model.blades)
-        self.steady = circles_of(model, scene, diameters) if diameters else ()
+        self.drives = bool(diameters) and law_of(scene) is not None
+        still = not diameters or self.drives
+        self.steady = () if still else circles_of(model, scene, diameters)
         key = model, step, mu.hex()
         self.diameters = diameters
         self.own = None if diameters else _rotor_pairs(*key, flies=flies)
         self.beside = _ring_pairs(*key, flies=flies) if model.casing else None
-        if diameters:
-            laid, hub = _laid_turning(*key, diameters, self.steady, flies=flies)
-        else:
-            laid, hub = _laid_pairs(*key, flies=flies)
+        laid, hub = (
+            _laid_turning(*key, diameters, self.steady, flies=flies)
+            if diameters
+            else _laid_pairs(*key, flies=flies)
+        )
         self.laid, self.at, self.rotor, self.ring = laid, laid.at, laid.rotor, laid.ring
-        rows = self._own_rows(model, scene, beat)
-        held = slot_support(model, scene, diameters, self.steady, self.at)
-        body = SlotRotor(rows, self._pulse(model, scene), *hub, laid.modes, held)
+        body = self._body(model, scene, hub, beat)
         loading = Load(scene.force, scene.pulse, np.zeros(0))
         arrays = Arrays(loading, body, (), _contact(model, scene, laid.column))
         seen = 0 if flies else SEEN * 2 * slots
-        sizes = self.at.rows * PART + seen, 0, 2 * slots, 3 * slots
+        rows = self.at.rows + int(body.drive.filled[:, 1].sum())
+        sizes = rows * PART + seen, 0, 2 * slots, 3 * slots
         state = at_rest(model.blades, scene, sizes)
         super().__init__(model, scene, arrays, state)
         march = cast(Any, march_points)
-        self.kernel = with_space(march, lambda: slot_space(arrays, state))
+        self._made: list[SlotSpace] = []
+        self.kernel = with_space(march, lambda: slot_space(arrays, state), self._made)
         self.casing_width = 2 * len(body.modes)
         if flies:
             state.counter[contact.NEXT_TRY] = ready_at(scene)
         if self.steady:
             self._put_on_circle()
 
+    def _body(self, model: Model, scene: Scene, hub: Hub, beat: int) -> SlotRotor:
+        """Return the kernel's arrays of both bodies.
+
+        hub : waves that move the centre, at a constant speed
+        """
+        rows = self._own_rows(model, scene, beat)
+        held = slot_support(model, scene, self.diameters, self.steady, self.at)
+        self.driven, drive = None, NO_DRIVE
+        if self.drives and isinstance(rows, SlotRows):
+            self.driven = DrivenSlots(model, scene, self.at, rows, self.ring)
+            drive = self.driven.drive()
+            hub = _with(self.driven, drive)
+        pulse = self._pulse(model, scene)
+        return SlotRotor(rows, pulse, *hub, self.laid.modes, held, drive)
+
     def _own_rows(self, model: Model, scene: Scene, beat: int) -> SlotRows | FlowRows:
         """Return a copy of the packed coefficients, for the speed of a scene."""
         rows = self.laid.rows
-        free, pushed = all_aligned([rows.free, rows.pushed])
-        rows = rows._replace(free=free, pushed=pushed)
+        free, pushed, fixed, along, energy = all_aligned(
+            [rows.free, rows.pushed, rows.fixed, rows.along, rows.energy]
+        )
+        rows = rows._replace(
+            free=free, pushed=pushed, fixed=fixed, along=along, energy=energy
+        )
         self._turn(model, scene, rows, scene.speed)
         if isinstance(rows, FlowRows):
             rows = rows._replace(flight=self._flight(scene, beat))
@@ -473,14 +521,17 @@ class EqualWaves(Integrator):
             y, v = self.own.modes(a)
             q, rate = (rotor_amplitudes(self.model, _flat(part)) for part in (y, v))
             return q, rate
-        waves = [a[: len(own.ahead), own.k] for own in self.diameters]
-        pairs = list(zip(self.diameters, waves, strict=True))
+        diameters = self.driven.diameters if self.driven else self.diameters
+        waves = [a[: len(own.ahead), own.k] for own in diameters]
+        pairs = zip(diameters, waves, strict=True)
         moved = zip(*(own.motion.read(w) for own, w in pairs), strict=True)
         q, rate = (self._of_modes(list(part)) for part in moved)
         stand, step = self.arrays.rotor.support.stand, self.scene.solver.time_step
         if len(stand.hub):
             rate = rate + added_by(stand, q, rate, steps * step)
         still, moving = self._orbit(a[len(a) - len(self.steady) :, 1])
+        if self.driven:
+            still, moving = self.driven.motion(state.rotor)
         return q + still, rate + moving
 
     def _of_modes(self, places: list[Complexes]) -> Floats:
@@ -518,6 +569,10 @@ class EqualWaves(Integrator):
 
     def _set_rotor(self, state: CyclicState, q: Floats, rate: Floats) -> Floats:
         """Write a motion of the rotor at time 0; return its modes a step earlier."""
+        if self.driven:
+            self.diameters = list(self.driven.diameters)
+            mu, slots = friction_with_sign(self.scene), widths(self.model.blades)[0]
+            self.rotor = turning(self.diameters, slots, mu, ())
         if self.own is not None:
             shape = self.rotor.rows // 2, 2, self.rotor.there.shape[1]
             parts = (rotor_slots(self.model, x).reshape(shape) for x in (q, rate))
@@ -557,9 +612,12 @@ class EqualWaves(Integrator):
         rows, step = self.arrays.rotor.rows, self.scene.solver.time_step
         energy = sum(energies_of_slots(rows, state.rotor))
         rotation, impact, drag = works_of_slots(rows, state.sums_b, step)
-        drag = drag * friction_with_sign(self.scene)
-        loss = rotation - impact + drag + float(state.sums_c[0]) - energy
-        return Balance(energy, loss, rotation, drag, impact)
+        drag, given = drag * friction_with_sign(self.scene), float(state.sums_c[0])
+        turned = 0.0
+        if self.driven:
+            turned = float(state.sums_c[TURNING]) + self._held_by(state)[1]
+        loss = rotation - impact + drag + given + turned - energy
+        return Balance(energy, loss, rotation, drag, impact, turned)
 
     def motion(self, state: CyclicState, steps: int) -> Motion:
         """Return displacements and velocities of rotor and casing in a given state.
@@ -578,15 +636,21 @@ class EqualWaves(Integrator):
             return False
         nothing_booked(state, exact=scene.solver.flies)
         own, rise = self._begun
+        if self.driven:
+            own = self._circle()
+            self.driven.put_beside(state.rotor, own, 0.0 * own)
         before = self._set_rotor(state, now.rotor - own, now.rotor_rate - rise)
         casing = self._set_ring(state, now.casing, now.casing_rate)
         self.set_seen(state)
         past = [orbit.amplitude / (1 + orbit.ahead) for orbit in self.steady]
-        own = self._orbit(np.array(past))[0]
+        own = own if self.driven else self._orbit(np.array(past))[0]
         then = now._replace(rotor=before + own, casing=casing)
         write_gaps(state, model, scene, now, then)
         energy = self.balance(state).energy
         state.ledger[contact.PULSE] = state.sums_c[0] = energy
+        if self.driven:
+            state.sums_c[TURNING] = -self._held_by(state)[1]
+        self.moves = True
         return True
 
     def _set_ring(self, state: CyclicState, q: Floats, rate: Floats) -> Floats:
@@ -632,13 +696,73 @@ class EqualWaves(Integrator):
         state.rotor[:] += other.rotor
         state.sums_c[0] += self.balance(state).energy - before
 
-    def refresh(self, _: CyclicState | None, now: Interval) -> None:
-        """Change the casing's coefficients to those of a new speed.
+    def refresh(self, state: CyclicState | None, now: Interval) -> None:
+        """Change the coefficients to those of a new interval of the speed.
 
-        now : interval that begins, in which the speed is taken as constant
+        They are those of the casing; of the rotor, if it has terms of rotation.
+
+        state, now : as for `Integrator.refresh`
         """
         rows = self.arrays.rotor.rows
         self._turn(self.model, self.scene, rows, self.model.folds * now.turn)
+        if self.driven:
+            self._drive(self.driven, state, Pace(now.speed, now.rate))
+
+    def _drive(
+        self, driven: DrivenSlots, state: CyclicState | None, pace: Pace
+    ) -> None:
+        """Change the rotor's waves to those of an interval; convert a state."""
+        before, turned = self._held_by(state) if state else (0.0, 0.0)
+        if pace != driven.pace:
+            old = driven.waves
+            driven.turn(pace)
+            self._put_waves(driven)
+            if state is not None:
+                driven.convert(state.rotor, old)
+        if state is None:
+            return
+        if state.counter[contact.STEP] == 0 and not self.moves:
+            self._set_out(driven, state)
+            before, turned = 0.0, 0.0
+        energy, form = self._held_by(state)
+        state.ledger[contact.PULSE] += energy - before
+        state.sums_c[0] += energy - before
+        state.sums_c[TURNING] += turned - form
+
+    def _held_by(self, state: CyclicState) -> tuple[float, float]:
+        """Return energy, and the form `SlotDrive.turning`, of a state, J."""
+        rotor = self.arrays.rotor
+        form = turning_of_slots(rotor.rows, rotor.drive, state.rotor)
+        return sum(energies_of_slots(rotor.rows, state.rotor)), form
+
+    def _put_waves(self, driven: DrivenSlots) -> None:
+        """Write the coefficients of the rotor's waves of an interval."""
+        rotor, contacts = self.arrays.rotor, self.arrays.contact
+        contacts.column[:] = driven.put_rows()
+        drive = driven.drive()
+        for name in drive._fields[FIXED_PLACES:]:
+            getattr(rotor.drive, name)[:] = getattr(drive, name)
+        rotor.hub[:] = _with(driven, drive)[1]
+        if contacts.rods.w.size:
+            contacts.rods.w[:] = circulant(contacts.column)
+        for space in self._made:
+            renew(space.solver, self.model.blades, contacts.column)
+
+    def _circle(self) -> Floats:
+        """Return the circle of an unbalance at the first speed, modes (m,)."""
+        body, places = self.model.rotor, circle(self.model, self.scene)
+        if places is None:
+            return np.zeros(len(body.omega))
+        return np.asarray(body.shapes.T @ body.mass @ places)
+
+    def _set_out(self, driven: DrivenSlots, state: CyclicState) -> None:
+        """Set a run that starts at rest, with the circle of an unbalance."""
+        still = self._circle()
+        driven.put_beside(state.rotor, still, 0.0 * still)
+        less = (share_at_start(self.model, self.scene) - 1.0) * still
+        self._set_rotor(state, less, 0.0 * less)
+        self.set_seen(state)
+        state.ledger[contact.PULSE] = state.sums_c[0] = state.sums_c[TURNING] = 0.0
 
     def free(self) -> FreeMotion | None:
         """Return the waves in free motion; None if supports exert forces at the centre.

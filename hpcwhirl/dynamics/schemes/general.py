@@ -104,6 +104,8 @@ class _Driven(TwoBodies):
     moves : whether the run starts from a motion, not at rest in the rotating frame
     """
 
+    drives = True
+
     def __init__(self, model: Model, scene: Scene) -> None:
         step, own = scene.solver.time_step, DrivenRotor(model, scene)
         plain, mass = modal_arrays(model, scene), model.rotor.mass

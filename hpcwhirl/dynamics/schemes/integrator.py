@@ -34,8 +34,9 @@ class Balance(NamedTuple):
     ----------
     energy : kinetic and strain energy of rotor and casing
     damping : energy that damping has taken from them since the start
-    rotation, friction, impact : works of rotation and friction, and loss by impact, to
-        add to these entries of the ledger; 0 for a kernel that enters them in each step
+    rotation, friction, impact, loading : works of rotation and friction, loss by
+        impact, and work of loading, to add to these entries of the ledger; 0 for a
+        kernel that enters them in each step
     """
 
     energy: float
@@ -43,6 +44,7 @@ class Balance(NamedTuple):
     rotation: float = 0.0
     friction: float = 0.0
     impact: float = 0.0
+    loading: float = 0.0
 
 
 class Integrator(ABC):
@@ -61,12 +63,15 @@ class Integrator(ABC):
     jitter : energy, J, and squared distance of the centre from the circle, m^2, that
         round-off adds in a step to the motion of an unbalanced rotor, see
         `dynamics.bodies.turning`; 0 if the state has the displacement from the circle
+    drives : whether the state has a motion without contact, as rotors with terms of
+        rotation do whose speed changes; then rows of evidence have it, too
     """
 
     kernel: Callable[..., Any]
     casing_width: int
     of_modes = True
     jitter = (0.0, 0.0)
+    drives = False
 
     def __init__(self, model: Model, scene: Scene, arrays: Arrays, state: Any) -> None:
         self.model, self.scene, self.arrays, self.state = model, scene, arrays, state
@@ -177,14 +182,19 @@ def at_rest(blades: int, scene: Scene, sizes: tuple[int, int, int, int]) -> Cycl
     return CyclicState._make([*own, *layer])
 
 
-def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:
+def with_space(
+    march: Callable[..., None],
+    space_of: Callable[[], Any],
+    made: list[Any] | None = None,
+) -> Any:
     """Return a kernel that calls a compiled time loop with work arrays of its own.
 
     march : the time loop, which takes the work arrays as its last argument
     space_of : function that makes the work arrays; called once, at the kernel's first
         use
+    made : out: the work arrays, once they are made
     """
-    made: list[Any] = []
+    made = [] if made is None else made
 
     def kernel(*given: Any) -> None:
         if not made:

@@ -118,16 +118,35 @@ def circulant_space(
     span = wave[-BEHIND + SPAN]
     if span == 0.0 or span % FOUR:
         return space
-    k, symbol = len(wave) // (2 * wide), np.fft.rfft(column) * (2.0 / blades)
+    k = len(wave) // (2 * wide)
+    own, spectrum, spread = all_aligned(
+        [np.zeros(2 * k), np.zeros(4 * k), np.zeros(room_of(blades))]
+    )
+    _set_symbol(own, blades, column)
+    return space._replace(symbol=own, wave=wave, spectrum=spectrum, spread=spread)
+
+
+def _set_symbol(own: Floats, blades: int, column: Floats) -> None:
+    """Set the spectrum of W, see `ConstantSpace.symbol`, from its column 0."""
+    symbol = np.fft.rfft(column) * (2.0 / blades)
     symbol[0] /= 2.0
     if blades % 2 == 0:
         symbol[-1] /= 2.0
-    parts = np.zeros((2, k))
+    parts = own.reshape(2, -1)
     parts[:, : len(symbol)] = symbol.real, symbol.imag
-    own, spectrum, spread = all_aligned(
-        [parts.ravel(), np.zeros(4 * k), np.zeros(room_of(blades))]
-    )
-    return space._replace(symbol=own, wave=wave, spectrum=spectrum, spread=spread)
+
+
+def renew(space: ConstantSpace, blades: int, column: Floats) -> None:
+    """Change the work arrays of `circulant_space` to another matrix W.
+
+    The kept inverse is computed anew as the time loop is called, see `recall`.
+    """
+    w = column[_apart(blades)]
+    wide = len(space.again) // 2
+    space.rows[:] = w[folded(blades, wide)].T.ravel()
+    space.fallback.w[:] = w.T
+    if len(space.symbol):
+        _set_symbol(space.symbol, blades, column)
 
 
 @lru_cache(maxsize=MOST_KEPT)

@@ -13,11 +13,16 @@ import numpy as np
 
 from hpcwhirl.dynamics.kernels.compiled import does, inlined, part, rare, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import (
+    BESIDE_X,
+    BESIDE_Y,
     ENDED,
     FRICTION,
     IMPACT,
+    JUDGED,
     LAST,
     NEAR,
+    OF_WHOLE,
+    PULSE,
     ROTATION,
     SAMPLE,
     STEP,
@@ -70,6 +75,7 @@ from hpcwhirl.dynamics.kernels.loop.skipped import (
 )
 from hpcwhirl.dynamics.kernels.loop.slots import (
     CASING,
+    DRIVEN,
     FIXED,
     FLOW,
     FLOW_CASING,
@@ -77,6 +83,9 @@ from hpcwhirl.dynamics.kernels.loop.slots import (
     PART,
     PUSHED,
     SEEN,
+    TURNING,
+    add_driven,
+    drive_slots,
     energies_of_slots,
     is_flow,
     is_pending,
@@ -84,6 +93,9 @@ from hpcwhirl.dynamics.kernels.loop.slots import (
     read_slots,
     settle_slots,
     spectrum_of,
+    swirl_slots,
+    turn_slots,
+    turning_of_slots,
 )
 from hpcwhirl.dynamics.kernels.loop.transform import BEHIND
 from hpcwhirl.dynamics.kernels.loop.wave_types import FlowRows, SlotRows, SlotSpace
@@ -161,11 +173,14 @@ def advance_slots(rows, rotor, step, state, space):
 
     The implementation of `point_verbs.advance`, with its arguments, for slots.
     """
-    pending = is_pending(state.counter)
+    drive, pending = rotor.drive, is_pending(state.counter)
     pass_slots(
         rows, state.rotor, state.lam, state.counter, space.spectrum, state.sums_b,
         space.slip, (rotor.support, space.push, space.turned),
     )  # fmt: skip
+    if len(drive.turning) > 0:
+        turn_slots(rows, drive, state.rotor, state.sums_c)
+        drive_slots(drive, state.rotor, len(space.spectrum) // 2, space.spectrum)
     if pending and slips_now(state.counter):
         note_slips(rows, state, space, step)
 
@@ -207,13 +222,14 @@ def settle(rows, step, state, space):
 @does(farthest, FlowRows)
 @does(farthest, SlotRows)
 @rare
-def farthest_slot(rows, _rotor, limit, state, space):
+def farthest_slot(rows, rotor, limit, state, space):
     """Return the largest displacement of a tip (radial and tangential), m.
 
     The implementation of `point_verbs.farthest`, with its arguments, for slots.
     """
     radial, along, outward, beside = space.radial, space.along, space.out, space.again
     read_slots(rows, state.rotor, radial, along)
+    add_driven(rotor.drive, state.rotor, radial, along)
     k, wide = len(radial) // 2, len(outward) // 2
     bound = math.hypot(one_norm(radial, 2 * k), one_norm(along, 2 * k))
     if not bound > NEAR * limit:
@@ -325,6 +341,8 @@ def touch_slots(rows, rotor, contact, wall, _mu, step, speed, _thrust, _angle, _
         keep_forces(rows, active, step, state, space)
         if not is_flow(rows) and len(rotor.support.reads) > 0:
             book_held(rotor.support, state, space)
+        if not is_flow(rows) and len(rotor.drive.turning) > 0:
+            swirl_slots(rows, rotor.drive, state.rotor, state.lam, state.sums_c)
     return active
 
 
@@ -354,7 +372,7 @@ def keep_forces(rows, active, step, state, space):
 
 
 @rare
-def note_miss_of_slots(rows, wall, step, speed, state, space):
+def note_miss_of_slots(rows, drive, wall, step, speed, state, space):
     """Raise ledger[MISS] to the largest error of a step's solved gaps, if larger.
 
     The gaps of the contact problem are compared with those of the amplitudes.
@@ -363,6 +381,7 @@ def note_miss_of_slots(rows, wall, step, speed, state, space):
     time, k, wide = counter[STEP] * step, len(spectrum) // 2, len(again) // 2
     gap, reach = gap_at(wall, time), one_norm(space.radial, 2 * k)
     spectrum_of(rows, state.rotor, spectrum)
+    add_driven(drive, state.rotor, spectrum, space.along)
     if is_shaped(wall):
         write_shape(wall, time, speed, spectrum)
     to_gaps_seldom(spectrum, rows.wave, gap, k, wide, again, 0)
@@ -399,6 +418,25 @@ def works_of_slots(rows, sums, step):
     return normal, 0.0, drag
 
 
+@part
+def note_driven(rows, drive, state, space, tracks):
+    """Record the motion without contact at a changing speed in a row of evidence.
+
+    They are the centre's displacements x_o, y_o, m, in it, and the energy of the
+    rotor's whole motion, J.
+    """
+    row, q, both = tracks.evidence[state.counter[JUDGED]], state.rotor, space.aside
+    row[BESIDE_X], row[BESIDE_Y] = 0.0, 0.0
+    copy_to(both.rotor, q)
+    for i in range(len(drive.at)):
+        m, own, hub = drive.at[i], drive.own[i], drive.hub
+        row[BESIDE_X] += hub[0, i, 0] * q[m] + hub[0, i, 1] * q[m + FOUR]
+        row[BESIDE_Y] += hub[1, i, 0] * q[m] + hub[1, i, 1] * q[m + FOUR]
+        both.rotor[own] += q[m]
+        both.rotor[own + FOUR] += q[m + FOUR]
+    row[OF_WHOLE] = energies_of_slots(rows, both.rotor)[0]
+
+
 @does(sample, FlowRows)
 @does(sample, SlotRows)
 @rare
@@ -412,19 +450,22 @@ def sample_slots(rows, rotor, wall, mu, step, speed, state, space, keep, judge,
     counter, ledger, q, tips = state.counter, state.ledger, state.rotor, space.tips
     sums, radial, along, whole = state.sums_b, space.radial, space.along, space.ledger
     settle(rows, step, state, space)
+    if judge and len(rotor.drive.turning) > 0:
+        note_driven(rows, rotor.drive, state, space, tracks)
     if keep:
         keep_depth(state.worn, counter[SAMPLE], tracks.worn)
     width = len(radial)
     traced = keep and len(tracks.tips) > 0
     if judge or traced:
         read_slots(rows, q, radial, along)
-    if judge and counter[LAST] == counter[STEP]:
-        note_miss_of_slots(rows, wall, step, speed, state, space)
+        add_driven(rotor.drive, q, radial, along)
     read_hub(rotor, q, tips)
     if traced:
         for j in range(len(state.last)):
             tips[j, 0] = -at_blade(radial, rows.turns, j, width)
             tips[j, 1] = -at_blade(along, rows.turns, j, width)
+    if judge and counter[LAST] == counter[STEP]:
+        note_miss_of_slots(rows, rotor.drive, wall, step, speed, state, space)
     if keep and len(tracks.casing) > 0:
         for c in range(len(rotor.modes)):
             one, two = rotor.modes[c, 0], rotor.modes[c, 1]
@@ -436,7 +477,12 @@ def sample_slots(rows, rotor, wall, mu, step, speed, state, space, keep, judge,
     whole[ROTATION] += rotation
     whole[IMPACT] += impact
     whole[FRICTION] += mu * drag
-    lost = rotation - impact + mu * drag + state.sums_c[0] - (energies[0] + energies[1])
+    given = state.sums_c[0]
+    if len(rotor.drive.turning) > 0:
+        turned = state.sums_c[TURNING] + turning_of_slots(rows, rotor.drive, q)
+        whole[PULSE] += turned
+        given += turned
+    lost = rotation - impact + mu * drag + given - (energies[0] + energies[1])
     write_sample(
         counter, whole, state.impulse, tips, space.casing, energies, lost, keep, judge,
         tracks,
@@ -468,7 +514,7 @@ def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
     check_sizes("slots", sizes_of_slots(arrays, state))
     check_places("slots", len(state.rotor) - FOUR, {
         "pairs": rotor.rows.pairs, "pulse": rotor.pulse.at, "centre": rotor.centre,
-        "modes": rotor.modes,
+        "modes": rotor.modes, "drive": rotor.drive.at, "driven": rotor.drive.own,
     })  # fmt: skip
     sizes = *(width,) * 4, (STEPS + 1) * width + 2 * FOUR, 2 * wide, 2 * wide
     spectrum, slip, radial, along, seen, out, again = aligned_zeros(*sizes)
@@ -490,15 +536,21 @@ def sizes_of_slots(arrays: Arrays, state: CyclicState) -> Wanted:
     """Return (name, array, required number of values) of each array of the loop."""
     rotor, blades, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
     rows, support, width = rotor.rows, rotor.support, len(state.lam)
-    own, beside = int(rows.rotor.sum()), int(rows.ring.sum())
-    waves, flows = own + beside, isinstance(rows, FlowRows)
+    own, flows = int(rows.rotor.sum()), isinstance(rows, FlowRows)
+    waves = own + int(rows.ring.sum())
     sizes = (FLOW, FLOW_CASING, 0) if flows else (PUSHED, CASING, SEEN)
-    groups, lobes = len(rows.rotor), 2 * len(rotor.pulse.at)
+    groups, lobes, drive = len(rows.rotor), 2 * len(rotor.pulse.at), rotor.drive
+    beside, driven = len(drive.free) // DRIVEN * PART, bool(len(drive.turning))
     wanted = [
-        ("rotor", state.rotor, waves * PART + sizes[2] * width),
+        ("rotor", state.rotor, waves * PART + beside + sizes[2] * width),
         ("lam", state.lam, 2 * FOUR * groups), ("ring", rows.ring, groups),
         ("sums", state.sums_b, 3 * width // 2), ("free", rows.free, waves * FREE),
-        ("pushed", rows.pushed, own * sizes[0] + beside * sizes[1]),
+        ("pushed", rows.pushed, own * sizes[0] + (waves - own) * sizes[1]),
+        ("turning", drive.turning, len(rows.energy) * driven),
+        ("free of r", drive.free, drive.filled[:, 1].sum() * DRIVEN),
+        ("spin", drive.spin, own * FOUR * driven),
+        ("swirl", drive.swirl, own * PART * driven),
+        ("swirls", drive.swirls, groups * FOUR * driven),
         ("fixed", rows.fixed, groups * FIXED), ("along", rows.along, own * PART),
         ("energy", rows.energy, len(rows.pairs) // 2 * PART),
         ("turns", rows.turns, blades * width),

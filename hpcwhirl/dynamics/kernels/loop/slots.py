@@ -53,6 +53,7 @@ AHEAD_RE, AHEAD_IM, RADIAL = 0, FOUR, 2 * FOUR
 FREE = 3 * FOUR
 SLIDE_RE, SLIDE_IM, PUSH_RE, PUSH_IM = 0, FOUR, 2 * FOUR, 3 * FOUR
 OPEN_RE, OPEN_IM, PASS_RE, PASS_IM = 4 * FOUR, 5 * FOUR, 6 * FOUR, 7 * FOUR
+DRIVEN = 5 * FOUR  # length of a row of `SlotDrive.free`: `FREE` items, then its force
 PUSHED, CASING = 4 * FOUR, 6 * FOUR  # length of the latter: of rotor, of casing
 FLOW, FLOW_CASING = 6 * FOUR, 8 * FOUR  # the same in the exact flow
 # items of a group by unit Lambda: change of the gap by the rotor; motion of the gap by
@@ -60,6 +61,7 @@ FLOW, FLOW_CASING = 6 * FOUR, 8 * FOUR  # the same in the exact flow
 OWN_RE, OWN_IM, RING_RE, RING_IM = 0, FOUR, 2 * FOUR, 3 * FOUR
 SLIDES_RE, SLIDES_IM = 4 * FOUR, 5 * FOUR
 FIXED = 6 * FOUR
+TURNING = 1  # entry of `sums_c`: work of a changing speed, J, see `turn_slots`
 SEEN = 3  # steps whose spectra of the rotor's part of the gaps the state has
 
 
@@ -355,17 +357,116 @@ def spectrum_of(rows, q, spectrum):
         store(spectrum, k + FOUR * g, imag)
 
 
-@rare_kernel
-def energies_of_slots(rows, q):
-    """Return (energy of the rotor, energy of the casing), J, from waves' amplitudes."""
-    rotor, casing = broadcast(0.0), broadcast(0.0)
-    for e in range(len(rows.pairs) // 2):
+@rare
+def form_of(rows, form, first, last, q):
+    """Return a quadratic form of waves' amplitudes, J: of entries first .. last - 1.
+
+    form : coefficients of the products of `rows.pairs`, as `SlotRows.energy`
+    """
+    total = broadcast(0.0)
+    for e in range(first, last):
         m, n, at = rows.pairs[2 * e], rows.pairs[2 * e + 1], PART * e
         other = load(q, n), load(q, n + FOUR)
         zero = broadcast(0.0)
-        re, im = times(rows.energy, at, other[0], other[1], (zero, zero))
-        if e < rows.split:
-            rotor = fma(load(q, m), re, fma(load(q, m + FOUR), im, rotor))
-        else:
-            casing = fma(load(q, m), re, fma(load(q, m + FOUR), im, casing))
-    return total_of(rotor), total_of(casing)
+        re, im = times(form, at, other[0], other[1], (zero, zero))
+        total = fma(load(q, m), re, fma(load(q, m + FOUR), im, total))
+    return total_of(total)
+
+
+@rare_kernel
+def energies_of_slots(rows, q):
+    """Return (energy of the rotor, energy of the casing), J, from waves' amplitudes."""
+    rotor = form_of(rows, rows.energy, rows.split - rows.split, rows.split, q)
+    return rotor, form_of(rows, rows.energy, rows.split, len(rows.pairs) // 2, q)
+
+
+@rare_kernel
+def turning_of_slots(rows, drive, q):
+    """Return the form `turning` of `SlotDrive`, J, of waves' amplitudes q."""
+    return form_of(rows, drive.turning, rows.split - rows.split, rows.split, q)
+
+
+@part
+def turn_slots(rows, drive, q, sums):
+    """Add the first part of the work of the force -(dOmega/dt) C y in a step, J.
+
+    In the step that ends at n it is -(dOmega/dt) (y_n - y_{n-2}) C y_{n-1} / 2, and the
+    sum of B_n = y_n C y_{n-1} and B_{n-1}, since C is skew. B is a Hermitian form H of
+    the amplitudes a. Of its sum over steps, products conj(a_f) a_g of different waves
+    telescope: they are the difference of the form G_fg = H_fg / (1 - conj(z_f) z_g)
+    between begin and end, apart from what contact forces change G
+    (`swirl_slots`). `SlotDrive.turning` is that difference at the end, with half of B.
+    The rest, H_ff |a_f|^2, is added here in every step.
+
+    q : amplitudes after the free step
+    sums : `sums_c` of the state
+    """
+    m, t, total = 0, 0, broadcast(0.0)
+    for g in range(groups_of(rows)):
+        for _ in range(rows.rotor[g]):
+            re, im = load(q, m), load(q, m + FOUR)
+            total = fma(load(drive.spin, t), fma(re, re, im * im), total)
+            m += PART
+            t += FOUR
+        m += rows.ring[g] * PART
+    sums[TURNING] += total_of(total)
+
+
+@part
+def swirl_slots(rows, drive, q, lam, sums):
+    """Add the second part of the work, see `turn_slots`, by a step's contact forces.
+
+    q, lam : amplitudes before these act; (2 k,), N, their spectrum
+    """
+    k, m, t, total = FOUR * groups_of(rows), 0, 0, broadcast(0.0)
+    for g in range(groups_of(rows)):
+        real, imag, moved = load(lam, FOUR * g), load(lam, k + FOUR * g), none_yet()
+        for _ in range(rows.rotor[g]):
+            moved = products(drive.swirl, t, load(q, m), load(q, m + FOUR), moved)
+            m += PART
+            t += PART
+        m += rows.ring[g] * PART
+        both, size = both_of(moved), fma(real, real, imag * imag)
+        total = fma(real, both[0], fma(imag, both[1], total))
+        total = fma(load(drive.swirls, FOUR * g), size, total)
+    sums[TURNING] += total_of(total)
+
+
+@part
+def drive_slots(drive, q, k, spectrum):
+    """Take a step of the motion without contact at a changing speed; add its gaps.
+
+    k : number of slots
+    """
+    m, c, free = drive.first, 0, drive.free
+    for s in range(len(drive.filled)):
+        slot, real, imag = drive.filled[s, 0], broadcast(0.0), broadcast(0.0)
+        for _ in range(drive.filled[s, 1]):
+            re, im = load(q, m), load(q, m + FOUR)
+            pushed = re + load(free, c + FREE), im + load(free, c + FREE + FOUR)
+            re, im = times(free, c + AHEAD_RE, re, im, pushed)
+            store(q, m, re)
+            store(q, m + FOUR, im)
+            gamma = load(free, c + RADIAL)
+            real, imag = fma(gamma, re, real), fma(gamma, im, imag)
+            m += PART
+            c += DRIVEN
+        spectrum[slot] += total_of(real)
+        spectrum[k + slot] += total_of(imag)
+
+
+@rare
+def add_driven(drive, q, radial, along):
+    """Add the motion without contact at a changing speed to the spectra of the tips.
+
+    radial, along : m, in and out, as of `read_slots`
+    """
+    k = len(radial) // 2
+    for i in range(len(drive.at)):
+        re, im, slot = q[drive.at[i]], q[drive.at[i] + FOUR], drive.slot[i]
+        a, b = drive.along[i, 0], drive.along[i, 1]
+        gamma = drive.radial[i]
+        radial[slot] += gamma * re
+        radial[k + slot] += gamma * im
+        along[slot] += a * re - b * im
+        along[k + slot] += b * re + a * im

@@ -377,6 +377,47 @@ class SlotSupport(NamedTuple):
     stand: Stand
 
 
+class SlotDrive(NamedTuple):
+    """A rotor with terms of rotation whose speed changes, in an interval of speed.
+
+    Its motion is y + r: y, which contact causes, has the waves of `SlotRows`; r, the
+    motion without contact, has n further waves of the same shapes, which constant
+    forces drive. Arrays are empty at a constant speed.
+
+    Attributes
+    ----------
+    filled, first : (s, 2), slots of these waves, and numbers of rows of four waves that
+        each fills; index in the state of the first row, which the others follow
+    at, own, slot : (n,), of each wave: index of re of its amplitude; of that of y with
+        the same shape; its slot
+    free : items of a step of all rows: z - 1, re and im, change of the gap; what the
+        forces add to an amplitude, re and im
+    radial, along : (n,), (n, 2): change of the gap, and -1 times the tangential
+        displacement of the tip, for unit amplitude
+    hub : (2, n, 2), x_o and y_o for unit re and im of the amplitudes
+    turning : J, like `SlotRows.energy`, but for the casing: a form of the amplitudes
+    spin : (4,) a row of the rotor, J, factors of |a|^2
+    swirl, swirls : (2, 4) a row of the rotor; (4,) a group: factors, re and im, of a in
+        the work of a unit spectrum of the multipliers; work by it alone. These three
+        and the form are the work of the force -(dOmega/dt) C y, see
+        `slots.turn_slots`
+    """
+
+    filled: Integers
+    first: int
+    at: Integers
+    own: Integers
+    slot: Integers
+    free: Floats
+    radial: Floats
+    along: Floats
+    hub: Floats
+    turning: Floats
+    spin: Floats
+    swirl: Floats
+    swirls: Floats
+
+
 class SlotRotor(NamedTuple):
     """Coefficients of rotor and casing of equal sectors, see `slots`.
 
@@ -385,6 +426,7 @@ class SlotRotor(NamedTuple):
         and y_o for unit re and im of their amplitudes
     modes : (c, 2), for each complex mode of the casing the indices of its two waves,
         whose sum it is
+    drive : what a changing speed adds
     """
 
     rows: SlotRows | FlowRows
@@ -393,6 +435,7 @@ class SlotRotor(NamedTuple):
     hub: Floats
     modes: Integers
     support: SlotSupport
+    drive: SlotDrive
 
 
 class SlotContact(NamedTuple):

@@ -1,0 +1,517 @@
+"""Waves of equal sectors at a changing speed, for the loop `points`.
+
+In an interval of the speed (`case.speed`) the equation of a nodal diameter
+
+x'' + (D + 2 Omega C) x' + (K(Omega) + S + dOmega/dt C) x = f + f_0
+
+has constant coefficients: its waves are those of `turning_waves`, with a further skew
+matrix in S. From one interval to the next the waves differ, the motion is continuous:
+displacements and increments of the modes give the amplitudes of the new waves.
+
+x is the sum of y, which contact causes, and r, which the forces f_0 of unbalance and
+Euler drive (`bodies.varying`). Both have waves of the same shapes: those of y are
+integrated as at a constant speed; those of r, on the few nodal diameters that f_0
+moves, are a term of the loop, `kernels.loop.wave_types.SlotDrive`.
+
+Waves are computed for all nodal diameters with the same number of modes at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcwhirl.arrays import Complexes, Floats, Integers
+from hpcwhirl.dynamics.bodies.operators import friction_with_sign
+from hpcwhirl.dynamics.bodies.varying import loads_of
+from hpcwhirl.dynamics.kernels.loop.wave_types import SlotDrive, SlotRows
+from hpcwhirl.dynamics.kernels.vectors import FOUR
+from hpcwhirl.dynamics.waves.slot_waves import (
+    FIXED,
+    FREE,
+    PART,
+    PUSHED,
+    SlotPlaces,
+    SlotWaves,
+)
+from hpcwhirl.dynamics.waves.slots import blade_waves
+from hpcwhirl.dynamics.waves.turning_waves import (
+    Diameter,
+    Differences,
+    modal_places,
+    modes_of,
+)
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import SpinBlock
+from hpcwhirl.reduction.waves import modal_damping
+from hpcwhirl.scene import Scene
+
+NONE, NOWHERE = np.zeros(0), np.zeros(0, np.int64)
+NO_DRIVE = SlotDrive(
+    np.zeros((0, 2), np.int64), 0, *(NOWHERE,) * 3, NONE, NONE, np.zeros((0, 2)),
+    np.zeros((2, 0, 2)), *(NONE,) * 4,
+)  # fmt: skip
+TOO_NEAR = 1e9  # condition number of waves beyond which the speed is shifted
+SHIFTS = 0.0, 1e-7, -1e-7, 1e-6, -1e-6, 1e-5, -1e-5  # of the speed, relative
+
+
+class Pace(NamedTuple):
+    """Omega, rad/s, and dOmega/dt, rad/s^2, of an interval."""
+
+    speed: float
+    rate: float
+
+
+class _Alike(NamedTuple):
+    """The b nodal diameters with m modes each: terms of rotation, places of waves.
+
+    Attributes
+    ----------
+    number, k : (b,), numbers of the diameters among all, and the diameters
+    rest, first, quartic, coriolis, damping : (b, m, m), see `SpinBlock`
+    held : (q, b, m), displacement of each of q supports, that of the centre first
+    moved : (q, b, m, m), products of these
+    radial, along : (b, m), as in `turning_waves.Differences`
+    wave : (b, w), index of re of each wave's amplitude in the state
+    free, pushed, beside : (b, w), indices in `free`, `pushed`, `along` of `SlotRows`
+    fixed : (b,), index in `SlotRows.fixed`
+    pairs : (4, p), nodal diameter b and waves f <= g of each product of two waves in an
+        energy, and its index in `SlotRows.energy`
+    """
+
+    number: Integers
+    k: Integers
+    rest: Complexes
+    first: Complexes
+    quartic: Complexes
+    coriolis: Complexes
+    damping: Complexes
+    held: Complexes
+    moved: Complexes
+    radial: Complexes
+    along: Complexes
+    wave: Integers
+    free: Integers
+    pushed: Integers
+    beside: Integers
+    fixed: Integers
+    pairs: Integers
+
+
+@dataclass(frozen=True)
+class _Waves:
+    """The waves of nodal diameters with the same number of modes, as `Differences`.
+
+    Arrays have the shapes of those of `Differences` after one axis for the diameters.
+    """
+
+    ahead: Complexes
+    shapes: Complexes
+    rises: Complexes
+    energy: Complexes
+    rate: Complexes
+    push: Complexes
+    rates: Complexes
+    give: Complexes
+    inverse: Complexes
+    condition: float
+
+    def turned(self, old: _Waves, a: Complexes, which: Any = slice(None)) -> Complexes:
+        """Return amplitudes (b, w) of a motion given by those of old waves.
+
+        which : the diameters that have it; an index: the one, with amplitudes (w,)
+        """
+        parts = (old.shapes[which], old.rises[which])
+        both = np.concatenate([part @ a[..., None] for part in parts], axis=-2)
+        return np.asarray((self.inverse[which] @ both)[..., 0])
+
+
+def _back(matrix: Complexes) -> Complexes:
+    return np.asarray(matrix.conj().swapaxes(-2, -1))
+
+
+class _Terms(NamedTuple):
+    """Matrices (b, m, m): D, D + 2 Omega C, K(Omega), S + dOmega/dt C."""
+
+    damping: Complexes
+    loss: Complexes
+    stiffness: Complexes
+    push: Complexes
+
+
+def _terms(own: _Alike, supports: Any, pace: Pace) -> _Terms:
+    """Return the matrices of nodal diameters, as `reduction.waves.diameter_matrices`.
+
+    supports : of the centre, then of the shaft elsewhere
+    """
+    speed, rate = pace
+    gyro, damping, push = 2 * speed * own.coriolis, own.damping, rate * own.coriolis
+    stiffness = own.rest + speed**2 * own.first + speed**4 * own.quartic
+    for support, moved in zip(supports, own.moved, strict=True):
+        here = support.at(speed)
+        held = here.turning(speed)
+        damping = damping + here.damping.real * moved
+        gyro = gyro - 1j * here.damping.imag * moved
+        stiffness = stiffness + held.real * moved
+        push = push - 1j * held.imag * moved
+    return _Terms(damping, damping + gyro, stiffness, push)
+
+
+def _roots(own: _Alike, terms: _Terms, step: float) -> tuple[Complexes, Complexes]:
+    """Return roots s (b, w), and shapes (b, m, w) that open the gap by real numbers."""
+    whole, size = terms.stiffness + terms.push, own.rest.shape[-1]
+    same = np.eye(size)
+    both = np.concatenate([whole, terms.loss], axis=2)
+    companion = np.zeros((len(both), 2 * size, 2 * size), dtype=complex)
+    companion[:, :size, size:] = same
+    companion[:, size:] = -np.linalg.solve(same - step**2 / 4 * whole, both)
+    roots, vectors = np.linalg.eig(companion)
+    shapes = vectors[:, :size]
+    opened = (own.radial[:, None] @ shapes)[:, 0]
+    far = np.abs(opened)
+    turn = np.where(far > 0.0, opened.conj() / np.where(far, far, 1.0), 1.0)
+    return roots, shapes * (turn / np.linalg.norm(shapes, axis=1))[:, None]
+
+
+def _waves(own: _Alike, terms: _Terms, step: float) -> _Waves:
+    """Return the waves of nodal diameters by central differences."""
+    roots, shapes = _roots(own, terms, step)
+    size = shapes.shape[1]
+    ahead = roots * step / (1 - roots * step / 2)
+    rises = shapes * (ahead / (1 + ahead))[:, None]
+    before = shapes / (1 + ahead)[:, None]
+    energy = _back(rises) @ rises / step**2 + _back(shapes) @ terms.stiffness @ before
+    same: Any = np.eye(size)
+    give = np.linalg.solve(same / step**2 + terms.loss / (2 * step), same)
+    scale = np.abs(rises).max(axis=(1, 2))[:, None, None]
+    basis = np.concatenate([shapes, rises / scale], axis=1)
+    inverse: Any = np.linalg.solve(basis, np.eye(2 * size))
+    sizes = (np.linalg.norm(part, axis=(1, 2)) for part in (basis, inverse))
+    condition = float((next(sizes) * next(sizes)).max())
+    inverse[:, :, size:] /= scale
+    return _Waves(
+        ahead, shapes, rises, (energy + _back(energy)) / 4, terms.damping, terms.push,
+        rises * (2 + ahead)[:, None] / (2 * step), np.asarray(give), inverse, condition,
+    )  # fmt: skip
+
+
+class DrivenSlots:
+    """A rotor of equal sectors at a changing speed: its waves in any interval.
+
+    rows : the kernel's coefficients, of which `put_rows` changes those of the rotor
+    ring : waves of the casing
+
+    Attributes
+    ----------
+    pace : of the interval whose waves these are
+    waves : of the nodal diameters with the same number of modes, in turn
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        scene: Scene,
+        at: SlotPlaces,
+        rows: SlotRows,
+        ring: SlotWaves,
+    ) -> None:
+        self.model, self.scene, self.at, self.rows = model, scene, at, rows
+        self.mu, self.step = friction_with_sign(scene), scene.solver.time_step
+        self.loads, spin = loads_of(model, scene), model.rotor.terms
+        self.supports = spin.support, *(one.support for one in spin.stations)
+        pieces, moves = spin.waves, self.loads.moves().astype(float)
+        sizes = np.array([len(piece.omega) for piece in pieces])
+        self.alike = [
+            self._alike(np.flatnonzero(sizes == size)) for size in np.unique(sizes)
+        ]
+        self.moved = [
+            n for n, p in enumerate(pieces) if modes_of(model, p.k, moves).any()
+        ]
+        self.first = at.rows * PART
+        self.ring = ring.opens, ring.slides
+        self.turn(Pace(scene.speed, 0.0))
+
+    def _alike(self, chosen: Integers) -> _Alike:
+        spin, rotor = self.model.rotor.terms, self.model.rotor
+        pieces = [spin.waves[n] for n in chosen]
+        size = len(pieces[0].omega)
+        none = np.zeros((size, size), dtype=complex)
+        scale = np.array([(2.0 - p.simple) / self.model.blades for p in pieces])
+        tips = -np.sqrt(scale)[:, None, None] * np.array([p.tips for p in pieces])
+        rows = [[p.hub, *_stations(p, len(spin.stations))] for p in pieces]
+        held = np.array(rows, dtype=complex).swapaxes(0, 1)
+        quartic = [none if p.quartic is None else p.quartic for p in pieces]
+        k = np.array([p.k for p in pieces])
+        return _Alike(
+            chosen, k,
+            np.array([np.diag(p.omega**2) + none for p in pieces]),
+            np.array([p.stiffening + none for p in pieces]), np.array(quartic),
+            np.array([p.coriolis for p in pieces]),
+            np.array([modal_damping(rotor, p) + none for p in pieces]),
+            held, held.conj()[..., None] * held[..., None, :], tips[:, 0], tips[:, 1],
+            *self._laid(k, np.arange(2 * size)),
+        )  # fmt: skip
+
+    def _laid(self, k: Integers, waves: Integers) -> tuple[Integers, ...]:
+        """Return where waves lie in state and coefficients, see `_Alike.wave` on."""
+        at, (few, many) = self.at, PUSHED
+        group, lane = k // FOUR, (k % FOUR)[:, None]
+        wave = at.rotor_at(waves, k[:, None])
+        items = at.rotor * few + at.ring * many
+        begun, own = (np.cumsum(part) - part for part in (items, at.rotor))
+        return (
+            wave, wave // PART * FREE * FOUR + lane,
+            (begun[group][:, None] + waves * few) * FOUR + lane,
+            (own[group][:, None] + waves) * PART + lane,
+            group * FIXED * FOUR + lane[:, 0], self._products(k, waves),
+        )  # fmt: skip
+
+    def _products(self, k: Integers, waves: Integers) -> Integers:
+        """Return `_Alike.pairs`."""
+        entry = {pair: e for e, pair in enumerate(_pairs(self.rows))}
+        rows = self.at.rotor_at(waves, (k // FOUR * FOUR)[:, None]).tolist()
+        found = [
+            (b, f, g, PART * entry[row[f], row[g]] + int(k[b]) % FOUR)
+            for b, row in enumerate(rows)
+            for f, g in zip(*np.triu_indices(len(waves)), strict=True)
+            if (row[f], row[g]) in entry
+        ]
+        return np.array(found).T
+
+    def turn(self, pace: Pace) -> None:
+        """Change the waves to those of an interval.
+
+        Where two waves nearly coincide, they are those of a speed beside it.
+        """
+        self.pace = pace
+        for shift in SHIFTS:
+            near = Pace(pace.speed * (1.0 + shift), pace.rate)
+            self.waves = [
+                _waves(own, _terms(own, self.supports, near), self.step)
+                for own in self.alike
+            ]
+            if max(waves.condition for waves in self.waves) < TOO_NEAR:
+                return
+
+    @property
+    def diameters(self) -> list[Diameter]:
+        """The waves of each nodal diameter."""
+        out: dict[int, Diameter] = {}
+        for own, waves in zip(self.alike, self.waves, strict=True):
+            for b, n in enumerate(own.number.tolist()):
+                out[n] = Differences(
+                    int(own.k[b]), self.step, waves.ahead[b], waves.shapes[b],
+                    waves.rises[b], own.radial[b], own.along[b], own.held[0, b],
+                    waves.energy[b], waves.rate[b], waves.push[b], waves.rates[b],
+                    waves.give[b],
+                )  # fmt: skip
+        return [out[n] for n in sorted(out)]
+
+    @cached_property
+    def _driven(self) -> list[tuple[int, int]]:
+        """Group, and number in it, of each nodal diameter that f_0 moves."""
+        places = {
+            n: (i, b)
+            for i, own in enumerate(self.alike)
+            for b, n in enumerate(own.number.tolist())
+        }
+        return [places[n] for n in self.moved]
+
+    @cached_property
+    def places(self) -> tuple[Integers, int, Integers, Integers, Integers]:
+        """Return the fields of `SlotDrive` from `filled` to `slot`."""
+        filled = list[tuple[int, int]]()
+        at, own, slot = [NOWHERE], [NOWHERE], [NOWHERE]
+        for i, b in self._driven:
+            wave, k = self.alike[i].wave[b], int(self.alike[i].k[b])
+            n = np.arange(len(wave))
+            begun = self.first + PART * sum(rows for _, rows in filled)
+            filled.append((k, -(-len(wave) // FOUR)))
+            at.append(begun + n // FOUR * PART + n % FOUR)
+            own.append(wave)
+            slot.append(0 * n + k)
+        each = [np.concatenate(part).astype(np.int64) for part in (at, own, slot)]
+        rows = np.array(filled, dtype=np.int64).reshape(-1, 2)
+        return rows, self.first, each[0], each[1], each[2]
+
+    def _forces(self) -> list[Complexes]:
+        """Return the changes of the modes in a step by f_0, of each driven diameter."""
+        load = self.loads.at(*self.pace)
+        return [
+            self.waves[i].give[b] @ modes_of(self.model, self.alike[i].k[b], load)
+            for i, b in self._driven
+        ]
+
+    def drive(self) -> SlotDrive:
+        """Return the kernel's arrays of the motion r, and of the work on y."""
+        works = self._works()
+        if not self.moved:
+            return SlotDrive._make([*NO_DRIVE[:9], *works])
+        columns, free = [], []
+        for more, (i, b) in zip(self._forces(), self._driven, strict=True):
+            own, waves = self.alike[i], self.waves[i]
+            push = waves.inverse[b] @ np.concatenate([more, more])
+            seen = np.stack([own.radial[b], own.along[b], own.held[0, b]])
+            columns.append(seen @ waves.shapes[b])
+            free.append(_rows(waves.ahead[b], columns[-1][0], push))
+        radial, along, hub = np.hstack(columns)
+        return SlotDrive(
+            *self.places, np.concatenate(free), radial.real.copy(), _parts(along),
+            hub_of(hub), *works,
+        )  # fmt: skip
+
+    def _works(self) -> tuple[Floats, ...]:
+        """Return `turning`, `spin`, `swirl` and `swirls` of `SlotDrive`."""
+        rows, groups = int(self.at.rotor.sum()), len(self.at.rotor)
+        form, spin, swirl, swirls = (
+            np.zeros(size)
+            for size in (len(self.rows.energy), rows * FOUR, rows * PART, groups * FOUR)
+        )
+        for own, waves in zip(self.alike, self.waves, strict=True):
+            ahead = waves.ahead
+            before = waves.shapes / (1 + ahead)[:, None]
+            part = _back(waves.shapes) @ own.coriolis @ before
+            turned = -0.5 * self.pace.rate * (part + _back(part))
+            back, on = ahead.conj()[:, :, None], ahead[:, None]
+            apart = -(back + on + back * on)  # 1 - conj(z_f) z_g
+            alone = np.eye(ahead.shape[1], dtype=bool)
+            summed = np.where(alone, 0.0, turned / np.where(alone, 1.0, apart))
+            push = self._push(own, waves)
+            given = push.conj()[:, None] @ summed
+            _put_form(form, own, 0.5 * turned - summed)
+            size = np.abs(1 + ahead) ** 2
+            spin[own.beside // PART * FOUR + own.beside % PART] = (
+                np.diagonal(turned, axis1=1, axis2=2).real / size
+            )
+            _put(swirl, own.beside, 2.0 * given[:, 0])
+            swirls[own.k] = (given @ push[:, :, None])[:, 0, 0].real
+        return form, spin, swirl, swirls
+
+    def _push(self, own: _Alike, waves: _Waves) -> Complexes:
+        """Return the changes of waves by unit multipliers, (b, w)."""
+        more = self._more(own, waves)
+        both = np.concatenate([more, more], axis=1)
+        return np.asarray((waves.inverse @ both)[:, :, 0])
+
+    def _more(self, own: _Alike, waves: _Waves) -> Complexes:
+        """Return the changes of the modes by unit multipliers, (b, m, 1)."""
+        force = (own.radial + self.mu * own.along).conj()
+        return np.asarray(waves.give @ force[:, :, None])
+
+    def put_rows(self) -> Floats:
+        """Write the rotor's coefficients of the interval; return the column of W."""
+        opens, blades = self.ring[0] + 0j, self.model.blades
+        for own, waves in zip(self.alike, self.waves, strict=True):
+            opens[own.k] += self._put_rows(own, waves)
+        column = blade_waves(blades) @ opens[: blades // 2 + 1]
+        return np.asarray(column.real)
+
+    def _put_rows(self, own: _Alike, waves: _Waves) -> Complexes:
+        """Write the coefficients of waves; return the opening by multipliers, (b,)."""
+        rows, along = self.rows, own.along[:, None]
+        seen = np.stack([own.radial, own.along], axis=1) @ waves.shapes
+        more, push = self._more(own, waves), self._push(own, waves)
+        moves = waves.rises * (1 + 1 / (1 + waves.ahead))[:, None]
+        opened = (seen[:, 0] * push).sum(axis=1)
+        _put(rows.free, own.free, waves.ahead)
+        rows.free[own.free + 2 * FOUR] = seen[:, 0].real
+        _put(rows.pushed, own.pushed, (along @ moves)[:, 0])
+        _put(rows.pushed, own.pushed + 2 * FOUR, push)
+        _put(rows.along, own.beside, seen[:, 1])
+        _put(rows.fixed, own.fixed, opened)
+        slides = (along @ more)[:, 0, 0] + self.ring[1][own.k]
+        _put(rows.fixed, own.fixed + 4 * FOUR, slides)
+        _put_form(rows.energy, own, waves.energy)
+        return np.asarray(opened)
+
+    def hub(self) -> tuple[Integers, Complexes]:
+        """Return the waves of y that move the centre, and z_o of each."""
+        index, moved = [NOWHERE], [np.zeros(0, complex)]
+        for own, waves in zip(self.alike, self.waves, strict=True):
+            for b in np.flatnonzero(own.held[0].any(axis=1)).tolist():
+                index.append(own.wave[b])
+                moved.append(own.held[0, b] @ waves.shapes[b])
+        return np.concatenate(index), np.concatenate(moved)
+
+    def convert(self, state: Floats, old: list[_Waves]) -> None:
+        """Write the amplitudes of a motion, which a state has as those of old waves."""
+        at, parts = self.places[2], [np.zeros(0, complex)]
+        rest = self.beside(state)
+        for i, b in self._driven:
+            a, rest = np.split(rest, [self.waves[i].ahead.shape[1]])
+            parts.append(self.waves[i].turned(old[i], a, b))
+        _put(state, at, np.concatenate(parts))
+        each = zip(self.alike, self.waves, old, strict=True)
+        for own, waves, was in each:
+            a = state[own.wave] + 1j * state[own.wave + FOUR]
+            _put(state, own.wave, waves.turned(was, a))
+
+    def beside(self, state: Floats) -> Complexes:
+        """Return the amplitudes of the motion without contact, (n,), in a state."""
+        at = self.places[2]
+        return np.asarray(state[at] + 1j * state[at + FOUR])
+
+    def motion(self, state: Floats) -> tuple[Floats, Floats]:
+        """Return the motion without contact in a state, modes and velocities (m,)."""
+        rest, diameters = self.beside(state), self.diameters
+        places, rates = ([0j * own.radial for own in diameters] for _ in range(2))
+        for n, more in zip(self.moved, self._forces(), strict=True):
+            own = diameters[n]
+            a, rest = np.split(rest, [len(own.ahead)])
+            places[n] = own.shapes @ a
+            rates[n] = own.rates @ a + more / (2 * self.step)
+        q, v = (modal_places(self.model, diameters, x) for x in (places, rates))
+        return q, v
+
+    def put_beside(self, state: Floats, q: Floats, rate: Floats) -> None:
+        """Write a motion without contact to a state: modes, and velocities, (m,)."""
+        out, diameters = [np.zeros(0, complex)], self.diameters
+        for n, more in zip(self.moved, self._forces(), strict=True):
+            own = diameters[n]
+            x, v = (modes_of(self.model, own.k, part) for part in (q, rate))
+            out.append(own.motion.write(x, v - more / (2 * self.step)))
+        _put(state, self.places[2], np.concatenate(out))
+
+
+def hub_of(z: Complexes) -> Floats:
+    """Return x_o and y_o for unit re and im of amplitudes, (2, n, 2), from z_o (n,)."""
+    axes = (z.real, -z.imag), (-z.imag, -z.real)
+    return np.ascontiguousarray(np.stack([np.stack(axis, -1) for axis in axes]))
+
+
+def _pairs(rows: SlotRows) -> list[tuple[int, int]]:
+    """Return the amplitudes of each product of the rotor's energy, as `rows.pairs`."""
+    pairs = rows.pairs.reshape(-1, 2)[: rows.split].tolist()
+    return [(i, j) for i, j in pairs]
+
+
+def _stations(piece: SpinBlock, count: int) -> Any:
+    """Return the displacements of the shaft's supports, 0 where the shaft rests."""
+    if len(piece.stations) == count:
+        return piece.stations
+    return np.zeros((count, len(piece.omega)))
+
+
+def _put(table: Floats, at: Integers, values: Complexes) -> None:
+    """Write complex coefficients to a packed table; at : indices of re."""
+    table[at], table[at + FOUR] = values.real, values.imag
+
+
+def _put_form(table: Floats, own: _Alike, form: Complexes) -> None:
+    """Write Hermitian forms (b, w, w) of waves to a packed table."""
+    b, f, g, at = own.pairs
+    _put(table, at, form[b, f, g] * np.where(f < g, 2.0, 1.0))
+
+
+def _rows(ahead: Complexes, radial: Complexes, push: Complexes) -> Floats:
+    """Return `SlotDrive.free` of the waves of a slot, padded to rows of four."""
+    items = np.stack([ahead.real, ahead.imag, radial.real, push.real, push.imag])
+    items = np.pad(items, ((0, 0), (0, -len(ahead) % FOUR)))
+    return items.reshape(len(items), -1, FOUR).swapaxes(0, 1).ravel()
+
+
+def _parts(z: Complexes) -> Floats:
+    return np.column_stack([z.real, z.imag])
