@@ -189,8 +189,10 @@ class Refined:
         case : number of the case
         end : how it has ended
         """
-        word = self.family.rule.word_of(end._asdict()) if end.is_ok else None
-        fresh = self.growth.learn(self.family.address(case), word)
+        rule, known = self.family.rule, end._asdict()
+        word = rule.word_of(known) if end.is_ok else None
+        sure = end.is_ok and rule.is_sure(known)
+        fresh = self.growth.learn(self.family.address(case), word, sure=sure)
         twinned = self.growth.twinned[self._twinned :]
         self._twinned += len(twinned)
         cases, with_twins = (

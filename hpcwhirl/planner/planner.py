@@ -47,6 +47,7 @@ class Completion(NamedTuple):
     outcome, regime, whirl : words of the result; "none" if there is none
     features : numbers that describe its motion, see `refinement.words.features_of`
     is_open : whether the regime may change in a longer run
+    coarse_regime : regime with a longer time step; "none" without `solver.estimate`
     """
 
     status: str
@@ -55,6 +56,7 @@ class Completion(NamedTuple):
     whirl: str = "none"
     is_open: bool = False
     features: tuple[float, ...] = ()
+    coarse_regime: str = "none"
 
     @property
     def is_ok(self) -> bool:
@@ -75,13 +77,14 @@ def completion_of(record: Mapping[str, Any]) -> Completion:
     """
     row = record.get("row") or {}
     status = str(record["status"])
-    outcome, regime, whirl = (
-        str(row.get(name, "none")) for name in ("outcome", "regime", "whirl")
+    outcome, regime, whirl, coarse = (
+        str(row.get(name, "none"))
+        for name in ("outcome", "regime", "whirl", "coarse_regime")
     )
     told = row.keys() >= {*NUMBERS}
     features = features_of(row) if status == OK and told else ()
     still = status == OK and is_open(row)
-    return Completion(status, outcome, regime, whirl, still, features)
+    return Completion(status, outcome, regime, whirl, still, features, coarse)
 
 
 class JobCode(NamedTuple):

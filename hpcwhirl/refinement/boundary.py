@@ -34,7 +34,7 @@ class Cells:
     state : (m,), index in `STATES`: all corners have one word, several words, or the
         cell lies in speckle
     confirmed : (m,), 1 if the cases at all corners have a word by the repetition with
-        the preset `confirm`, else 0
+        the preset `confirm`, or are sure without that, else 0
     """
 
     corner: Ints
@@ -53,8 +53,8 @@ class Cases:
     inputs : (d, n), values of the refined inputs
     scales : "linear" or "log" for each input
     word : (n,), words by which cells were split; "": the case has none
-    fidelity : (n,), 0 or 1: the word is that of the first computation, or of the
-        repetition with the preset `confirm`
+    fidelity : (n,), 1 if the word is that of the repetition with the preset `confirm`,
+        or sure without that, else 0
     """
 
     inputs: Floats

@@ -98,15 +98,19 @@ class Growth:
             self._spent += sum(self.budget[1 + a.fidelity] for a in new)
         return new
 
-    def learn(self, address: Address, word: Word | None) -> list[Address]:
+    def learn(
+        self, address: Address, word: Word | None, *, sure: bool = False
+    ) -> list[Address]:
         """Record the word of an ended case; return the further cases that it requires.
 
         Parameters
         ----------
         address : the case
         word : its word; None: it has none
+        sure : whether an estimate of its error says that the word would not change
         """
-        self.trees[address.panel].learn(address.fidelity, address.point, word)
+        tree = self.trees[address.panel]
+        tree.learn(address.fidelity, address.point, word, sure=sure)
         fresh = self._take(address.panel)
         self._open.discard(address)
         if not self.budget:
@@ -135,7 +139,10 @@ class Growth:
         return allowed
 
     def feed(
-        self, found: Callable[[Address], Word | None], ask: Iterable[Address]
+        self,
+        found: Callable[[Address], Word | None],
+        ask: Iterable[Address],
+        sure: Callable[[Address], bool] = lambda _: False,
     ) -> list[Address]:
         """Record the words of many ended cases; return the wanted cases still left.
 
@@ -146,6 +153,7 @@ class Growth:
         found : function from a case to its word, None without one; raises KeyError for
             a case that has not ended
         ask : wanted cases that are looked up first
+        sure : function from a case to whether its word is sure, see `learn`
         """
         todo, left = list(ask), []
         while todo:
@@ -155,7 +163,7 @@ class Growth:
             except KeyError:
                 left.append(address)
                 continue
-            todo += self.learn(address, word)
+            todo += self.learn(address, word, sure=sure(address))
         return left
 
     @property

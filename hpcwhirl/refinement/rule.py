@@ -21,7 +21,7 @@ from typing import Any
 from hpcwhirl.errors import InputError, StoreError, shown
 from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.lattice import Cell, Lattice, Point, Side
-from hpcwhirl.refinement.words import Word, word_of
+from hpcwhirl.refinement.words import REGIME, Word, word_of
 from hpcwhirl.scene.history import history_of
 
 Settings = dict[str, Any]
@@ -43,7 +43,8 @@ class Rule:
     words : kind of words that are compared, one of `words.COMPARED`
     speckle : number of levels after which a mostly mixed cell is not split further; 0:
         never
-    confirm : preset with which boundaries are computed again; "": they are not
+    confirm : preset with which cases at boundaries are computed again, except around
+        cells whose cases are all sure (see `is_sure`); "": they are not
     inputs : {dotted name: value} that `confirm` sets
     budget : largest total cost, cost of the first computation of a case (fidelity 0),
         and of its repetition with `confirm` (fidelity 1), all in cases or in core
@@ -71,6 +72,16 @@ class Rule:
         end : {"regime": word, "whirl": word, "features": numbers}, see `words.word_of`
         """
         return None if end["regime"] == "none" else word_of(self.words, end)
+
+    def is_sure(self, end: Mapping[str, Any]) -> bool:
+        """Return whether the word of an ended case is also that of a longer time step.
+
+        It is known of the regime only, and of cases with `solver.estimate`.
+
+        end : {"regime": word, "coarse_regime": word}, see `analysis.estimate`
+        """
+        same = end["coarse_regime"] == end["regime"] != "none"
+        return self.words == REGIME and bool(same)
 
 
 def rule_of(plain: Mapping[str, Any]) -> Rule:

@@ -30,8 +30,6 @@ class Node:
     at_corners : words of the first fidelity at its corners
     open : number of corners whose first-fidelity cases have not ended
     split : whether the cell is split
-    opened : whether its corners are to be confirmed by the second fidelity
-    followed : whether twins of the cases at its corners have been asked for
     demanded : whether a finer neighbour requires that it be split
     changed : whether the two fidelities give different words at one of its points
     """
@@ -42,8 +40,6 @@ class Node:
     seen: tuple[set[Word], set[Word]] = field(default_factory=lambda: (set(), set()))
     at_corners: set[Word] = field(default_factory=set)
     split: bool = False
-    opened: bool = False
-    followed: bool = False
     demanded: bool = False
     changed: bool = False
 
@@ -81,12 +77,13 @@ class Tree:
       words at all corners, count as not mixed. Only words at points within that upper
       cell, its edges included, are used.
     - With a second fidelity, the corners of a mixed cell at its end are confirmed, that
-      is, computed with it. So are those of every cell around a point whose word the
-      second fidelity changes, except cells that are split anyway by the first words at
-      their corners.
+      is, computed with it, unless the first words at all of them are sure: then the
+      word changes within the cell by both estimates. So are those of every cell around
+      a point whose word the second fidelity changes, except cells that are split anyway
+      by the first words at their corners.
     - Cases with a word at the corners of mixed cells in speckle have twins; if `twins`
       is "boundary", also those of mixed cells at their end, by the second fidelity if
-      there is one.
+      there is one, and by the first if all their words are sure.
 
     A case that has ended without a word has no effect: no cell is split or confirmed
     because of it, and it has no twins.
@@ -125,6 +122,7 @@ class Tree:
         self.twins = twins
         self.twinned: list[Wish] = []
         self._followed: tuple[set[Point], set[Point]] = (set(), set())
+        self._sure: set[Point] = set()  # points whose first word is sure
         self.cells: dict[Cell, Node] = {}
         self.words: tuple[Words, Words] = ({}, {})
         self.wanted: tuple[set[Point], set[Point]] = (set(), set())
@@ -154,7 +152,9 @@ class Tree:
         twinned, self.twinned = self.twinned, []
         return twinned
 
-    def learn(self, fidelity: int, point: Point, word: Word | None) -> None:
+    def learn(
+        self, fidelity: int, point: Point, word: Word | None, *, sure: bool = False
+    ) -> None:
         """Record that the case at a point has ended, and apply the rules to its word.
 
         Parameters
@@ -162,11 +162,14 @@ class Tree:
         fidelity : 0: first computation, 1: confirmation
         point : place along each refined input, see `lattice`
         word : word of the case; None: it has none
+        sure : whether an estimate of its error says that the word would not change
         """
         words = self.words[fidelity]
         if point in words:
             return
         words[point] = word
+        if sure and fidelity == FIRST and word is not None:
+            self._sure.add(point)
         other = self.words[1 - fidelity].get(point)
         changed = _differ(word, other)
         if word is not None and (
@@ -187,6 +190,11 @@ class Tree:
         None if no case at the point has a word.
         """
         return self.words[CONFIRM].get(point) or self.words[FIRST].get(point)
+
+    def is_confirmed(self, point: Point) -> bool:
+        """Return whether a point has a word by the second fidelity, or needs none."""
+        known = self.words[CONFIRM].get(point) is not None
+        return known or (self.confirm and point in self._sure)
 
     def even(self) -> list[Wish]:
         """Return the cases away from boundaries, as (fidelity, point).
@@ -250,35 +258,41 @@ class Tree:
 
     def _visit(self, cell: Cell) -> None:
         node, last = self.cells[cell], self.lattice.at_end(cell)
-        if self.twins in ("boundary", "speckle") and node.mixed and not node.followed:
+        if self.twins in ("boundary", "speckle") and node.mixed:
             self._follow(cell)
         split = not last and not node.split and (node.mixed or node.demanded)
-        opened = (node.changed and (last or node.uneven is False)) or (
-            last and node.mixed
-        )
-        opened = self.confirm and opened and not node.opened
-        if not (split or opened) or not self._allowed(cell):
+        asked = self._to_confirm(node, last=last) if self.confirm else []
+        if not (split or asked) or not self._allowed(cell):
             return
-        if opened:
-            node.opened = True
-            self._want(CONFIRM, node.corners)
+        self._want(CONFIRM, asked)
         if split:
             self._split(cell)
+
+    def _to_confirm(self, node: Node, *, last: bool) -> list[Point]:
+        """Return the corners of a cell that are to be confirmed, and are not yet.
+
+        node, last : the cell; whether it is at its end
+        """
+        left = [p for p in node.corners if p not in self.wanted[CONFIRM]]
+        if node.changed and (last or node.uneven is False):
+            return left
+        ended = [p for p in node.corners if p in self.words[FIRST]]
+        return left if last and node.mixed and not self._sure.issuperset(ended) else []
 
     def _follow(self, cell: Cell) -> None:
         """Ask for twins at the corners of a mixed cell that is split no further.
 
         Such a cell lies in speckle, or at a boundary of the finest level.
         """
-        allowed, fidelities = self._allowed(cell), [FIRST, CONFIRM]
+        allowed, corners = self._allowed(cell), self.cells[cell].corners
+        fidelities = [FIRST, CONFIRM]
         if allowed and self.twins == "boundary" and self.lattice.at_end(cell):
-            fidelities = [CONFIRM if self.confirm else FIRST]
+            sure = not self.confirm or self._sure.issuperset(corners)
+            fidelities = [FIRST] * sure + [CONFIRM] * self.confirm
         elif allowed is not False:
             return
-        node = self.cells[cell]
-        node.followed = True
         for fidelity in fidelities:
-            for point in {*node.corners} - self._followed[fidelity]:
+            for point in {*corners} - self._followed[fidelity]:
                 self._followed[fidelity].add(point)
                 if self.words[fidelity].get(point) is not None:
                     self.twinned.append((fidelity, point))

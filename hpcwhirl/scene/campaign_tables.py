@@ -406,7 +406,9 @@ class Refine(TableModel):
         "preset of all cases except those that confirm boundaries of words",
         "a preset")
     confirm: Preset | None = key(None,
-        "preset with which cases at boundaries of words are computed again",
+        "preset with which cases at boundaries of words are computed again; with "
+        "solver.estimate and words = regime only in cells at a corner of which the "
+        "regime differs with twice the time step, and around words that have changed",
         "a preset")
     # fmt: on
 

@@ -6,7 +6,8 @@ A claim is a module of `populations`. Its docstring says in its first line what 
 claimed, `COUNT` on how many scenes it is asked, `LEAST` which share of them must hold
 (1.0: a law); `drawn(seed, index)` draws a scene, `judged(row)` measures it and returns
 at least `held`: True, False, or None where the claim says nothing of this scene, and
-`why` where it does not hold. Rows go to --file (JSON lines, resumable; default a
+`why` where it does not hold. What its `summed(rows)`, if it has one, tells of all
+scenes follows the table. Rows go to --file (JSON lines, resumable; default a
 temporary file). Exits 1 where fewer hold than must.
 """
 
@@ -81,6 +82,9 @@ def measured(rows: dict[str, list[Row]], seconds: float) -> str:
         for row in some
         if row["held"] is False
     ]
+    for name, some in rows.items():
+        if hasattr(population(name), "summed"):
+            lines += ["", f"{name}: {population(name).summed(some)}"]
     if failed:
         lines += ["", "Scenes that do not hold:", "", *failed]
     return "\n".join([*lines, "", f"{seconds:.0f} s of the processor."])

@@ -4,7 +4,7 @@ import functools
 import json
 import random
 import shutil
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 
 import h5py
@@ -127,11 +127,11 @@ def other(one, two):
 class Brute:
     """All of the rules applied to all cells again and again, with all words known."""
 
-    def __init__(self, lattice, word, levels, confirm):
+    def __init__(self, lattice, word, levels, confirm, sure=frozenset()):
         self.lattice, self.word, self.levels = lattice, word, levels
-        self.confirm = confirm
+        self.confirm, self.sure = confirm, sure
         self.cells = set(lattice.coarse())
-        self.split, self.opened = set(), set()
+        self.split, self.opened, self.moved = set(), set(), set()
         while self.once():
             pass
 
@@ -139,10 +139,12 @@ class Brute:
         return {p for cell in self.cells for p in self.lattice.corners(cell)}
 
     def confirmed(self):
-        return {p for cell in self.opened for p in self.lattice.corners(cell)}
+        corners = self.lattice.corners
+        doubted = [c for c in self.opened if not self.sure.issuperset(corners(c))]
+        return {p for cell in (*doubted, *self.moved) for p in corners(cell)}
 
     def once(self):
-        before = len(self.cells), len(self.opened)
+        before = len(self.cells), len(self.opened), len(self.moved)
         first, second = self.points(), self.confirmed()
         changed = {
             p for p in second
@@ -159,11 +161,11 @@ class Brute:
                 self.split.add(cell)
                 self.cells |= set(self.lattice.children(cell))
             around = end or not self.corners_differ(cell)
-            if self.confirm and (
-                (end and mixed) or (around and self.inside(cell, changed))
-            ):
+            if self.confirm and end and mixed:
                 self.opened.add(cell)
-        return before != (len(self.cells), len(self.opened))
+            if self.confirm and around and self.inside(cell, changed):
+                self.moved.add(cell)
+        return before != (len(self.cells), len(self.opened), len(self.moved))
 
     def inside(self, cell, points):
         corners = self.lattice.corners(cell)
@@ -216,7 +218,10 @@ class Brute:
             ends = of == "boundary" and self.lattice.at_end(cell)
             if self.blocked(cell) or ends:
                 of_cell = (0, 1) if self.blocked(cell) else (int(self.confirm),)
-                out |= {(f, p) for f in of_cell for p in self.lattice.corners(cell)}
+                corners = self.lattice.corners(cell)
+                out |= {(f, p) for f in of_cell for p in corners}
+                if self.sure.issuperset(corners):
+                    out |= {(0, p) for p in corners}
         chosen = cases if of == "all" else out & cases
         return {case for case in chosen if self.word(*case) is not None}
 
@@ -240,19 +245,32 @@ class Brute:
 
 
 @functools.cache
-def brute_of(lattice, levels, *fields):
-    """Return the words of fields, and `Brute` of them, for all tests that compare."""
+def brute_of(lattice, levels, *fields, some=False):
+    """Return the words of fields, and `Brute` of them, for all tests that compare.
+
+    some : whether the first words of two in three points are sure
+    """
     word = worded(lattice, *fields)
-    return word, Brute(lattice, word, levels, fields[1] is not None)
+    sure = sure_points(lattice, word) if some else frozenset()
+    return word, Brute(lattice, word, levels, fields[1] is not None, sure)
 
 
-def arrived(lattice, word, levels, confirm, seed, **options):
+def sure_points(lattice, word):
+    """Return two in three points of a lattice, of those with a first word."""
+    points = product(*(range(side.last + 1) for side in lattice.sides))
+    known = [p for p in points if word(0, p) is not None]
+    return frozenset(p for p in known if random.Random(repr(p)).random() < 2 / 3)
+
+
+def arrived(lattice, word, levels, confirm, seed, sure=(), **options):
     """Return the growth of words that come in at random, each of a wanted case."""
     growth = Growth(lattice, 1, levels, confirm=confirm, **options)
     chance, waiting = random.Random(seed), list(growth.wanted)
     while waiting:
         address = waiting.pop(chance.randrange(len(waiting)))
-        waiting += growth.learn(address, word(address.fidelity, address.point))
+        known = not address.fidelity and address.point in sure
+        found = word(address.fidelity, address.point)
+        waiting += growth.learn(address, found, sure=known)
     return growth
 
 
@@ -330,34 +348,54 @@ def test_confirmed_cases_are_a_fixed_point_too(lattice, fields):
         assert cases_of(arrived(lattice, word, 2, True, seed)) == expected
 
 
+@pytest.mark.parametrize("lattice", LATTICES)
+@pytest.mark.parametrize(
+    "fields", [(half_plane, shifted), (circle, half_plane), (half_plane, holes)]
+)
+def test_sure_cases_are_confirmed_only_where_the_word_has_moved(lattice, fields):
+    word, brute = brute_of(lattice, 2, *fields, some=True)
+    expected = brute.cases()
+    assert len(expected) <= len(brute_of(lattice, 2, *fields)[1].cases())
+    for seed in range(3):
+        found = arrived(lattice, word, 2, True, seed, brute.sure)
+        assert cases_of(found) == expected
+    every = {(f, p) for f, p in expected if not f}
+    sure = {p for _, p in every if word(0, p) is not None}
+    found = arrived(lattice, word, 2, True, 0, sure | brute.sure)
+    assert sure == {p for _, p in every}
+    assert cases_of(found) == {(0, a.point) for a in found.wanted}
+
+
 TWINNED = [
     (noise, None, 2), (holes, None, 1), (circle, half_plane, 2), (noise, shifted, 1)
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize("fields", TWINNED)
-def test_even_cases_lie_between_alike_ones_in_whatever_order_words_come(fields):
+@pytest.mark.parametrize("some", [False, True])
+def test_even_cases_lie_between_alike_ones_in_whatever_order_words_come(fields, some):
     *fields, levels = fields
     confirm = fields[1] is not None
     for lattice in (LATTICES[1], LATTICES[2]):
-        word, brute = brute_of(lattice, levels, *fields)
+        word, brute = brute_of(lattice, levels, *fields, some=some)
         expected = brute.even()
         for seed in range(3):
-            found = arrived(lattice, word, levels, confirm, seed)
+            found = arrived(lattice, word, levels, confirm, seed, brute.sure)
             assert not found.left
             assert {(a.fidelity, a.point) for a in found.even()} == expected
 
 
 @pytest.mark.parametrize("fields", TWINNED)
 @pytest.mark.parametrize("of", ["all", "boundary", "speckle"])
-def test_which_cases_have_twins_is_a_fixed_point_too(fields, of):
+@pytest.mark.parametrize("some", [False, True])
+def test_which_cases_have_twins_is_a_fixed_point_too(fields, of, some):
     *fields, levels = fields
     confirm = fields[1] is not None
     for lattice in (LATTICES[1], LATTICES[2]):
-        word, brute = brute_of(lattice, levels, *fields)
+        word, brute = brute_of(lattice, levels, *fields, some=some)
         expected = brute.twinned(of)
         for seed in range(3):
-            found = arrived(lattice, word, levels, confirm, seed, twins=of)
+            found = arrived(lattice, word, levels, confirm, seed, brute.sure, twins=of)
             assert cases_of(found) == brute.cases()  # twins ask for no case
             twinned = [(a.fidelity, a.point) for a in found.twinned]
             assert len(set(twinned)) == len(twinned)
@@ -628,6 +666,57 @@ def test_confirmed_words_count_and_both_rows_are_kept(confirmed):
         if found["speed"][at[0]] >= 150 or found["gap"][at[1]] <= 3e-4
     )  # fmt: skip
     assert wrong == 0  # 30 rad/s are more than a cell: it was followed
+
+
+ESTIMATED = with_refine(**CONFIRM) | {"solver": {"estimate": "step"}}
+
+
+def below(settings):
+    """Draft errs by 30 rad/s at low friction."""
+    again = settings.get("solver.accuracy") == preset_inputs("standard")[ACCURACY]
+    more = 30 * (again and settings["friction"] < 0.2)
+    return line(settings | {"speed": settings["speed"] + more})
+
+
+def coarser(settings):
+    """The longer step errs there by 60 rad/s more."""
+    less = 60 * (settings["friction"] < 0.2)
+    return line(settings | {"speed": settings["speed"] - less})
+
+
+def test_words_that_an_estimate_keeps_are_not_computed_again(tmp_path):
+    document = with_refine(**CONFIRM)
+    by_place = refined_campaign(tmp_path / "place", document, below)
+    folder = refined_campaign(tmp_path / "out", ESTIMATED, below, coarse=coarser)
+    data, every = map(hpcwhirl.open_results, (folder, by_place))
+    second = data["fidelity"].to_numpy() == 1
+    assert 0 < second.sum() < 0.7 * every["fidelity"].to_numpy().sum()
+    assert (data["friction"].to_numpy()[second] < 0.2).all()
+    assert set(hpcwhirl.words(data["coarse_regime"][second])) == {"none"}
+    found, all_of_it = hpcwhirl.grid(data), hpcwhirl.grid(every)
+    assert (found["regime"] == all_of_it["regime"]).all()
+    ends = ("boundary_low", "boundary_high", "boundary_along")
+    for name in ends:
+        assert sorted(data[name].to_numpy()) == sorted(every[name].to_numpy())
+    assert (data["cell_confirmed"] == 1)[data["cell_state"] != 0].all()
+    other = refined_campaign(tmp_path / "b", ESTIMATED, below, seed=5, coarse=coarser)
+    assert root_variables(other) == root_variables(folder)
+
+
+def test_an_estimate_of_regimes_says_nothing_of_the_whirl(tmp_path):
+    whirl = with_refine(words="whirl", **CONFIRM)
+    both = [whirl, whirl | {"solver": {"estimate": "step"}}]
+    counts = [
+        hpcwhirl.open_results(
+            refined_campaign(tmp_path / str(n), one, spun, coarse=lambda _: "damped")
+        )["fidelity"].to_numpy().sum()
+        for n, one in enumerate(both)
+    ]  # fmt: skip
+    assert counts[0] == counts[1] > 0
+
+
+def spun(settings):
+    return "damped forward" if line(settings) == "damped" else "damped backward"
 
 
 def test_classify_finds_other_boundaries(refined, tmp_path):

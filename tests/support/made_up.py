@@ -129,7 +129,9 @@ def campaign(folder, document, samples=0, messages=None, seed=1):
     return folder
 
 
-def refined_campaign(folder, document, field, seed=1, radius=None):
+def refined_campaign(  # noqa: PLR0915 - a row, step by step
+    folder, document, field, seed=1, radius=None, coarse=None
+):
     """Write a refined campaign whose words a function gives; return its directory.
 
     Parameters
@@ -137,6 +139,7 @@ def refined_campaign(folder, document, field, seed=1, radius=None):
     field : (settings of a case) -> its regime, or regime and whirl, None for a case
         that failed; where it has twins, their settings have `twin` beside, its number
     radius : (settings of a case) -> radius of its orbit, m
+    coarse : (settings of a case) -> its regime with a longer step, if it is estimated
     """
     random, design = np.random.default_rng(seed), design_of(document)
     folder.mkdir(parents=True, exist_ok=True)
@@ -161,6 +164,9 @@ def refined_campaign(folder, document, field, seed=1, radius=None):
             if radius:
                 made["orbit_radius"] = radius(design.settings_of(case))
                 made["gap_scale"] = scene.gap
+            if coarse and scene.solver.estimate == "step":
+                made |= {"coarse_regime": coarse(design.settings_of(case))}
+                made |= {"radius_error": 0.0, "peak_error": 0.0}
             told = {"status": "ok", "message": "", "row": made}
             if word is None:
                 told = {"status": "failed", "message": "made up"}

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -51,10 +52,12 @@ class Known(NamedTuple):
     ----------
     word : its regime; None: it has none
     seconds : its kernel time, s; NaN if unknown
+    sure : whether its word is sure, see `Rule.is_sure`
     """
 
     word: Word | None
     seconds: float
+    sure: bool
 
 
 def grown(design: Design, ended: Ended, mean: float) -> Beyond:
@@ -69,10 +72,11 @@ def grown(design: Design, ended: Ended, mean: float) -> Beyond:
     """
     known, asked = _known(design, ended)
     words: dict[Address, Word | None] = {a: one.word for a, one in known.items()}
+    sure = {address for address, one in known.items() if one.sure}
     done = [0, 0]
     for address in known:
         done[address.fidelity] += bool(address.level or address.fidelity)
-    found = followers(design, words)
+    found = followers(design, words, sure)
     left = [max(n - over, 0) for n, over in zip(found, done, strict=True)]
     most = design.most - len(design.settings) - sum(done)
     one, two = _each(design, known, mean)
@@ -96,8 +100,10 @@ def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
         if code < 0:
             continue
         case, end = planner.number(row), planner.known.table[code]
-        word = design.family.rule.word_of(end._asdict()) if end.is_ok else None
-        known[address(case)] = Known(word, ended.seconds_of(case))
+        rule, told = design.family.rule, end._asdict()
+        word = rule.word_of(told) if end.is_ok else None
+        sure = end.is_ok and rule.is_sure(told)
+        known[address(case)] = Known(word, ended.seconds_of(case), sure)
     jobs = planner.left()
     beyond = (jobs.row >= planner.kind.first) & (jobs.twin == 0)
     return known, int(beyond.sum())
@@ -144,7 +150,11 @@ def _steps(design: Design) -> tuple[float, float]:
     return first, design.predicted(family.number(middle._replace(fidelity=1)))[0]
 
 
-def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int, int]:
+def followers(
+    design: Design,
+    words: Mapping[Address, Word | None],
+    sure: Collection[Address] = (),
+) -> tuple[int, int]:
     """Return an estimate of the numbers of refined cases that words will require.
 
     There are two: first computations (fidelity 0), and repetitions with the preset
@@ -157,23 +167,29 @@ def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int
     ----------
     design : the campaign's cases
     words : {address: regime} of the cases that have ended; None: no regime
+    sure : those of them whose word is sure, see `Rule.is_sure`
     """
     if not words:
         return 0, 0
     family = design.family
     known = np.array([_place(design, address) for address in words])
-    spoken = list(words.values())
+    addresses = list(words)
 
-    def word(address: Address) -> Word | None:
+    @cache
+    def nearest(address: Address) -> Address:
         if address in words:
-            return words[address]
+            return address
         if len(growth.wanted) > MOST:
             raise KeyError
         away = ((known - _place(design, address)) ** 2).sum(axis=1)
-        return spoken[int(np.argmin(away))]
+        return addresses[int(np.argmin(away))]
 
     growth = family.growth()
-    growth.feed(word, list(growth.wanted))
+    growth.feed(
+        lambda address: words[nearest(address)],
+        list(growth.wanted),
+        lambda address: nearest(address) in sure,
+    )
     again = sum(address.fidelity for address in growth.wanted)
     return len(growth.wanted) - len(family.coarse) - again, again
 

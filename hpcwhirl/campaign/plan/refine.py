@@ -129,6 +129,8 @@ def refined(
     if inputs and apply_settings(design.base, inputs) == design.base:
         msg = f"[refine] confirm = {shown(table.confirm)} sets nothing that the first "
         raise InputError(msg + 'cases do not have: set first = "draft", for example')
+    if inputs and design.base.solver.estimate != "none":
+        inputs["solver.estimate"] = "none"  # of the first cases, which it judges
     rule = Rule(  # along a branch a word changes once
         over,
         depths,

@@ -37,7 +37,7 @@ from hpcwhirl.store.directory.reader import Rows
 
 SECONDS = "performance.seconds"
 # words that tell how a job has ended, of the table `row` and all by their full names
-OF_ROW = ("outcome", "regime", "whirl", "stop")
+OF_ROW = ("outcome", "regime", "whirl", "stop", "coarse_regime")
 WORDS = ("status", *(f"row.{name}" for name in OF_ROW))
 DIGEST = re.compile("[0-9a-f]{64}")
 MARCHED = ("row.steps", "row.certificate", "row.duration")

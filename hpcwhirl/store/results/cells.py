@@ -34,6 +34,7 @@ from hpcwhirl.refinement.tree import CONFIRM, Node, Tree
 from hpcwhirl.refinement.words import (
     ATTRACTOR,
     NUMBERS,
+    REGIME,
     Word,
     any_differ,
     features_of,
@@ -48,13 +49,14 @@ from hpcwhirl.store.hdf5 import define_axis, mark_words, reading, tell, utf8
 from hpcwhirl.store.reading.results_file import words_in
 
 CELLS, BOUNDARIES = "cells", "boundaries"
+COARSE = "coarse_regime"  # which says whether a word is sure
 TOLD = {
     "corner": Quantity("1", "case at a corner, -1: none", kind="i8"),
     "panel": Quantity("1", "number of the panel", kind="i8"),
     "level": Quantity("1", "bisections", kind="i8"),
     "state": Quantity("1", "whether words at the cell's corners differ", kind="enum"),
     "confirmed": Quantity(
-        "1", "1 if the words at all corners are confirmed", kind="i8"
+        "1", "1 if the words at all corners are confirmed, or sure", kind="i8"
     ),
     "along": Quantity("1", "refined input along which the edge lies, -1: none"),
     "low": Quantity("1", "lower end of the edge along that input, in its unit"),
@@ -155,7 +157,8 @@ def _cell(
     mixed = any_differ({word for word in words if word is not None})
     speckle = mixed and tree.is_speckle(cell)
     state = "speckle" if speckle else ("mixed" if mixed else "even")
-    return rows, panel, cell[0], STATES.index(state), int(all(second))
+    confirmed = all(map(tree.is_confirmed, node.corners))
+    return rows, panel, cell[0], STATES.index(state), int(confirmed)
 
 
 def define_cells(
@@ -210,8 +213,23 @@ def _cases(file: h5py.File, rows: Mapping[str, NDArray[Any]], by: str) -> Cases:
         np.array([rows[name] for name in _list(file, "over")], dtype=float),
         _list(file, "scale"),
         _words(rows, by),
-        np.asarray(rows["fidelity"]),
+        _fidelity(rows, by),
     )
+
+
+def _fidelity(rows: Mapping[str, NDArray[Any]], by: str) -> NDArray[np.int64]:
+    """Return 1 for each case whose word is confirmed, or sure without that; else 0.
+
+    It is 0 for all where no word was confirmed. Only regimes are sure, see
+    `refinement.rule.Rule.is_sure`.
+
+    rows, by : {variable: (cases,)}; kind of word, see `refinement.words`
+    """
+    second = np.asarray(rows["fidelity"], np.int64)
+    if by != REGIME or COARSE not in rows or not second.any():
+        return second
+    sure = (rows[COARSE] == rows["regime"]) & (rows["regime"] != "none")
+    return np.where(sure, 1, second)
 
 
 def _list(file: h5py.File, name: str) -> list[str]:
@@ -304,7 +322,8 @@ def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]
     """
     group = file[CELLS]
     own = {n: group[n][:] for n in ("corner", "panel", "level", "state", "confirmed")}
-    names = ("status", "outcome", "regime", "whirl")
+    names = ["status", "outcome", "regime", "whirl"]
+    names += [COARSE] if COARSE in file else []
     rows: dict[str, Any] = {name: words_in(file, name) for name in names}
     more = NUMBERS if by == ATTRACTOR else ()
     rows |= {name: file[name][:] for name in (*_list(file, "over"), "fidelity", *more)}

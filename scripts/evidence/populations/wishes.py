@@ -15,6 +15,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from common import share
 
 from hpcwhirl.benchmark.drawing import drawn_cases
 from hpcwhirl.benchmark.tradeoff import Measurement, Tradeoff
@@ -25,6 +26,7 @@ from hpcwhirl.campaign.plan.design import Design
 
 COUNT, LEAST = 30, 0.9
 REPEATS, DRAWN = 2, 16
+DEARER = 1.3
 WISHES = [Wish("peak", most) for most in (0.05, 0.1, 0.2)]
 Row = dict[str, Any]
 Found = Callable[[list[str]], Tradeoff]
@@ -84,6 +86,21 @@ def answer(found: Found, names: list[str]) -> Row:
     told = {"wish": wish.most, "met": own.met, "of": own.of, "drawn": len(drawn_)}
     good = own.met >= min(0.9 * own.of, own.of - 1)
     return {"held": good, "why": why, "cost": cost, "label": row.label} | told
+
+
+def summed(rows: list[Row]) -> str:
+    """Return the share of all other cases that met the wish, and the costs."""
+    asked = [row for row in rows if row["held"] is not None]
+    met, of = (sum(row[name] for row in asked) for name in ("met", "of"))
+    costs = [row["cost"] for row in asked if math.isfinite(row["cost"])]
+    near = sum(cost <= DEARER for cost in costs)
+    return (
+        f"of the cases that were not drawn {share(met, of)} met the wish; {len(asked)} "
+        f"of {len(rows)} engines had a setting. It cost {np.median(costs):.2f} times "
+        "the cheapest with which nine in ten of all cases meet it (median; "
+        f"{min(costs):.2f} to {max(costs):.2f}), at most {DEARER:g} times in {near} of "
+        f"{len(costs)}."
+    )
 
 
 def settled(found: Found, names: list[str], wish: Wish) -> list[str]:
