@@ -24,7 +24,7 @@ from hpcwhirl.refinement.lattice import Lattice, Point, Side
 from hpcwhirl.refinement.tree import Tree
 from hpcwhirl.scene import Scene, apply_settings, preset_inputs
 
-COUNT, LEAST = 10, 0.8
+COUNT, LEAST = 5, 0.8
 MORE = 2  # points with other words than by the twin, of 45
 SPECKLE = 2
 LATTICE = Lattice(
