@@ -52,7 +52,7 @@ class Known(NamedTuple):
     ----------
     word : its regime; None: it has none
     seconds : its kernel time, s; NaN if unknown
-    sure : whether its word is sure, see `Rule.is_sure`
+    sure : whether its word is sure, see `refinement.rule.Rule.is_sure`
     """
 
     word: Word | None
@@ -167,7 +167,7 @@ def followers(
     ----------
     design : the campaign's cases
     words : {address: regime} of the cases that have ended; None: no regime
-    sure : those of them whose word is sure, see `Rule.is_sure`
+    sure : those of them whose word is sure, see `refinement.rule.Rule.is_sure`
     """
     if not words:
         return 0, 0
