@@ -16,7 +16,7 @@ table() {
 tests       | 20 min  | pytest -m evidence --processor=40              |
 planted     | 2 hours | python scripts/evidence/planted.py             |
 mutants     | 1 hour  | python scripts/evidence/mutants.py             | --write
-extremes    | 20 min  | python scripts/extremes/decide.py              | --write
+extremes    | 3 min   | python scripts/extremes/decide.py              | --write
 attacks     | 3 hours | python scripts/evidence/attack.py              | --write
 crashes     | 20 min  | python scripts/evidence/crash_points.py        | --write
 agreement   | 1 hour  | python scripts/evidence/agreement.py exact     |

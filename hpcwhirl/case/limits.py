@@ -362,7 +362,8 @@ def longest_over_layer(scene: Scene) -> float:
     engine, fastest = scene.engine, abs(extremes(scene)[1])
     if engine.casing.contact_law == RIGID or fastest == 0.0:
         return math.inf
-    return float(engine.casing.layer_edge / (engine.rotor.radius * fastest))
+    slides = engine.rotor.radius * fastest  # 0 where it underflows
+    return float(engine.casing.layer_edge / slides) if slides > 0.0 else math.inf
 
 
 def check_layer(scene: Scene) -> None:

@@ -116,6 +116,11 @@ ROW: dict[str, Quantity] = {
         "m",
         tip_growth="largest radial growth of a tip by rotation; 0 if rotation is none",
     ),
+    **_real(
+        "1",
+        lean_checked="largest share, reached / allowed, of the bounds by which parts "
+        "of the case are left out; 0 if nothing is, above 1: beyond a bound",
+    ),
     **_real("m", gap_scale="length to which the threshold whirl_floor refers"),
     **_real(
         "J",

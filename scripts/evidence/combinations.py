@@ -30,6 +30,7 @@ from hpcwhirl.cli.command import THREADS
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene.shaft_tables import text_of
 
 PAGE = Path(__file__).with_name("combinations.md")
 BASE = {
@@ -39,22 +40,39 @@ BASE = {
 }  # fmt: skip
 FULL = {"rotation": "full"}
 OVAL = {"profile": "harmonic,amplitude,phase;2,2e-5,0"}
+LINE = text_of({
+    "sections": [
+        {"length": 0.2, "outer": 0.12, "inner": 0.05},
+        {"length": 0.5, "outer": 0.1, "outer_end": 0.08},
+    ],
+    "disks": [{"station": 2, "mass": 20.0, "polar": 0.3}],
+    "bearings": [
+        {"station": 0, "kxx": 4e7, "cxx": 5e3, "kxy": 1e6, "kyx": -1e6},
+        {"station": 2, "kxx": 6e7, "cxx": 8e3},
+    ],
+}, "the shaft")  # fmt: skip
 FEATURES: dict[str, dict[str, Any]] = {
     "rotation": FULL,
     "unbalance": FULL | {"unbalance": 2e-3},
     "lost blade": FULL | {"lost_blade": 3, "amplitude_limit": 2.0,
                           "rotor.centre_stiffness": 3e8},
+    "lost blade later": FULL | {"lost_blade": 3, "lost_blade_time": 1e-3,
+                                "amplitude_limit": 2.0},
+    "gravity": FULL | {"gravity": 9.81, "gravity_angle": -1.4},
     "mistuned": {"mistuning": [0.02 * float(np.sin(7.0 * j)) for j in range(11)]},
     "unlike supports": FULL | {"stiffness_difference": 5e6},
     "film": FULL | {"film_viscosity": 0.01, "film_length": 0.1, "film_radius": 0.15,
                     "film_clearance": 1e-3},  # beyond the circle of a lost blade
     "cross-coupling": FULL | {"cross_coupling": 1e5},
     "tilt": FULL | {"shaft": "cantilever"},
+    "shaft": FULL | {"shaft": LINE, "shaft_station": 1},
     "run-up": {"acceleration": 100.0},
+    "run-down": {"acceleration": -3000.0, "ramp": "decay", "speed_to": 100.0},
     "gap closes": {"gap_closure": 2e-5, "gap_time": 0.1},
     "oval": OVAL,
     "release": OVAL | {"profile_release": 2e-3},
     "layer": {"contact_law": "abradable"},
+    "rubbed layer": {"contact_law": "archard", "wear_coefficient": 1e-11},
     "stribeck": {"friction_law": "stribeck"},
     "start energy": {"start_energy": 5.0},
     "gap at rest": FULL | {"gap_at": "rest", "gap": 4e-4},

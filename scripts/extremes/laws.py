@@ -16,7 +16,11 @@ import numpy as np
 from scipy.linalg import expm
 
 from hpcwhirl.campaign.simulate import Result, result_of
+from hpcwhirl.case.limits import shortest_limits
+from hpcwhirl.case.profile import NEVER, departure, release_step, shape_of
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.case.speed import angle_at, closure_at, has_gap_law, law_of
+from hpcwhirl.case.unbalance import steady_at
 from hpcwhirl.dynamics.bodies.operators import contact_operators
 from hpcwhirl.dynamics.bodies.pulse import pulse_load
 from hpcwhirl.dynamics.history import History
@@ -36,6 +40,7 @@ SHORT = {
 } | ALIKE
 CLOSES = 1e-9  # ledger error of a run, over its throughput
 MEETS = 1e-10  # gap error of a run
+UNKNOWN = {"support_peak", "support_peak_time"}  # NaN before a row of evidence
 SAME = 1e-6  # relative difference of what must be the same before chaos sets in
 
 
@@ -80,7 +85,7 @@ def run_of(settings: Settings) -> Run:
     history = march.run()
     run = Run(march, history, result_of(march.case, history))
     numbers = {n: v for n, v in run.row.items() if not isinstance(v, str)}
-    lost = [n for n, v in numbers.items() if not np.isfinite(v)]
+    lost = [n for n, v in numbers.items() if n not in UNKNOWN and not np.isfinite(v)]
     lost += [n for n, a in run.result.traces.items() if not np.isfinite(a).all()]
     require(not lost, f"not finite: {', '.join(lost)}")
     return run
@@ -104,21 +109,27 @@ def require_sound(run: Run) -> Run:
     require(row["ledger_error"] < CLOSES, f"ledger error {row['ledger_error']:.1e}")
     require(row["gap_error"] < MEETS, f"gap error {row['gap_error']:.1e}")
     require(np.all(np.diff(history.impulse) >= 0.0), "a contact pulls")
-    driven = (
-        run.march.scene.engine.rotor.cross_coupling != 0.0
-    )  # its work is of damping
-    require(driven or row["ledger_damping"] >= 0.0, "damping feeds")
+    through = sum(abs(v) for name, v in history.ledger.items() if name != "residual")
+    least = -CLOSES * through - history.blur[0]  # the loss of waves is what works leave
+    require(_is_fed(run) or row["ledger_damping"] >= least, "damping feeds")
     if row["contacts"] == 0:
         require(row["ledger_friction"] == 0.0, "friction without contact")
         require(row["ledger_rotation"] == 0.0, "rotation feeds without contact")
         require(row["regime"] != "divergent", "divergent without contact")
-    if row["friction"] == 0.0:
+    if row["friction"] == 0.0 and run.march.scene.friction_law == "constant":
         require(row["ledger_friction"] == 0.0, "friction at mu = 0")
     if row["regime"] == "divergent":
         fed = row["ledger_rotation"] + row["ledger_friction"] - row["ledger_pulse"]
         late = row["late_fed"] if row["stop"] != "amplitude" else fed
         require(late > 0.0, "divergent, and nothing feeds it")
     return run
+
+
+def _is_fed(run: Run) -> bool:
+    """Return whether supports do work that the ledger books with damping."""
+    rotor = run.march.scene.engine.rotor
+    unlike = rotor.stiffness_difference != 0.0 or rotor.damping_difference != 0.0
+    return unlike or rotor.cross_coupling != 0.0 or rotor.shaft.startswith("{")
 
 
 def refused(word: str) -> Law:
@@ -174,6 +185,167 @@ def any_law(settings: Settings) -> str:
         return f"refused: {failed}"
     told = run.row["outcome"] == "unstable"
     return _lost(run) if told else require_sound(run).words()
+
+
+def kept(settings: Settings) -> str:
+    """Sound, or said to be lost, with every number finite."""
+    run = run_of(settings)
+    said = run.row["outcome"] == "unstable"
+    return _lost(run) if said else require_sound(run).words()
+
+
+def opened(settings: Settings) -> str:
+    """Sound, and no tip is beyond the casing."""
+    run = run_of(settings)
+    if run.row["outcome"] == "unstable":
+        return _lost(run)
+    require_sound(run)
+    engine, tips = run.march.scene.engine, run.history.tips
+    followed = engine.casing.contact_law == "rigid" and run.history.casing.size
+    if not followed or engine.casing.discretization in {"elements", "shell"}:
+        return run.words()
+    present = np.arange(tips.shape[1]) != engine.rotor.lost_blade
+    deepest = -float(_gaps(run)[:, present].min())
+    scene = run.march.scene
+    near = 1e-5 if law_of(scene) else 1e-9
+    allowed = near * float(np.abs(tips).max()) + 1e-15
+    if has_gap_law(scene):  # a line between the ends of intervals
+        allowed += 1e-4 * scene.gap
+    require(deepest <= allowed, f"a tip is {deepest:.1e} m beyond the casing")
+    return run.words()
+
+
+def _gaps(run: Run) -> Any:
+    """Return the gaps of a run from its traces, (n, N), m."""
+    scene, history, blades = run.march.scene, run.history, run.history.tips.shape[1]
+    time = history.time[:, None]
+    around = 2 * np.pi * np.arange(blades) / blades
+    angles = angle_at(scene, time) + around
+    phases = angles[:, :, None] * np.arange(history.casing.shape[1])
+    cosine, sine = history.casing[:, None, :, 0], history.casing[:, None, :, 1]
+    wall = (cosine * np.cos(phases) + sine * np.sin(phases)).sum(axis=-1)
+    step, let_go = scene.solver.time_step, release_step(scene)  # then the trace has it
+    held = (let_go == NEVER) | (time < (let_go + 0.5) * step)
+    wall = wall + held * departure(shape_of(scene), angles)
+    return scene.gap - closure_at(scene, time) + wall - history.tips[..., 0]
+
+
+def many_steps(settings: Settings) -> str:
+    """Undamped, in contact time and again: `opened`, its ledger closed all along."""
+    run = checked(settings)
+    row = run.row
+    require(row["contacts"] > 1000, f"{row['contacts']} contacts")
+    told = f"{run.march.steps:.0e} steps, {row['contacts']} contacts"
+    return f"{told}, ledger closes to {row['ledger_error']:.0e}"
+
+
+def dry(settings: Settings) -> str:
+    """As `opened`, and friction does no work: mu or the speed is 0."""
+    run = checked(settings)
+    given = run.march.scene
+    slides = given.friction_law != "constant" and given.speed != 0.0
+    if not slides and law_of(given) is None:
+        require(run.row["ledger_friction"] == 0.0, "friction does work")
+    return opened(settings)
+
+
+def lossless(settings: Settings) -> str:
+    """As `opened`, and damping loses nothing, where no support has any."""
+    run = run_of(settings)
+    row, rotor = run.row, run.march.scene.engine.rotor
+    held = rotor.film_viscosity > 0.0 or _is_fed(run)
+    if row["outcome"] != "unstable" and not held:
+        through = sum(abs(v) for n, v in row.items() if n.startswith("ledger_"))
+        most = CLOSES * through + run.history.blur[0]
+        require(abs(row["ledger_damping"]) <= most, f"loses {row['ledger_damping']}")
+    return opened(settings)
+
+
+def in_place(settings: Settings) -> str:
+    """Nothing touches; rest, equilibrium or circle is kept, and not called damped."""
+    run = checked(settings)
+    row, scene, tips = run.row, run.march.scene, run.history.tips
+    require(row["contacts"] == 0, f"{row['contacts']} contacts")
+    grows = run.history.free_growth.max() > 0.0
+    require(not (grows and row["regime"] == "damped"), "damped, and free motion grows")
+    engine = scene.engine
+    driven = scene.start_energy or scene.lost_blade_time or law_of(scene)
+    driven = driven or engine.casing.profile_release or engine.casing.amplitude
+    if not driven and engine.rotor.lost_blade < 0:
+        points = np.stack(run.march.model.places, axis=-1)
+        times, model = run.history.time, run.march.model
+        rest = np.array([steady_at(model, scene, t)[points] for t in times])
+        size = max(float(np.abs(tips).max()), 1e-200)
+        miss = float(np.abs(tips - rest).max()) / size
+        require(miss < SAME or size == 1e-200, f"moves by {miss:.1e} of its size")
+    return run.words()
+
+
+def at_limit(settings: Settings) -> str:
+    """Sound at 0.99 of the longest step; refused by name at 1.01 of it."""
+    case = resolve(scene_of(settings))
+    longest = min(shortest_limits(case.model, case.scene).values())
+    past = dict(settings) | {"time_step": 1.01 * longest}
+    refused("time_step|speed|pulse|rise")(past)
+    step = 0.99 * longest
+    return kept(dict(settings) | {"time_step": step, "interval": 10 * step})
+
+
+def apart_in_mirror(settings: Settings) -> str:
+    """Turn the other way, all angles mirrored: the motion is mirrored."""
+    one = run_of(settings)
+    other = run_of(dict(settings) | in_mirror(settings))
+    words = [(r.row["outcome"], r.row["regime"], r.row["whirl"]) for r in (one, other)]
+    if one.row["outcome"] == "unstable":
+        require(words[0] == words[1], f"{words}")
+        return _lost(one)
+    drawn = one.march.scene.start_energy > 0.0  # a start is drawn by the mode
+    if not drawn:
+        blades = one.history.tips.shape[1]
+        back = (-np.arange(blades)) % blades
+        a, b = one.history.tips[:, back] * [1, -1], other.history.tips
+        require(a.shape == b.shape, f"{len(a)}, {len(b)} samples")
+        miss = float(np.abs(a - b).max()) / max(float(np.abs(b).max()), 1e-280)
+        require(miss < SAME, f"tips differ by {miss:.1e}")
+        require(words[0] == words[1], f"{words}")
+    return opened(settings)
+
+
+def in_mirror(given: Settings) -> Settings:
+    """Return the inputs by which a scene differs from the one in a mirror."""
+    angles = "unbalance_phase", "gravity_angle", "offset_angle"
+    signed = "speed", *angles, "acceleration", "speed_to"
+    out = {name: -given[name] for name in signed if name in given}
+    blades = given["blades"]
+    if "mistuning" in given:
+        out["mistuning"] = [given["mistuning"][-j] for j in range(blades)]
+    if "lost_blade" in given:
+        out["lost_blade"] = -given["lost_blade"] % blades
+    if "profile" in given:
+        head, *rows = given["profile"].split(";")
+        parts = [row.split(",") for row in rows]
+        out["profile"] = ";".join([head, *(f"{h},{a},-{p}" for h, a, p in parts)])
+    if "shaft" in given and "sections" in given["shaft"]:
+        turned = given["shaft"].replace("kxy", "?").replace("kyx", "kxy")
+        out["shaft"] = turned.replace("?", "kyx")
+    return out
+
+
+def named(law: Law, inputs: frozenset[str]) -> Law:
+    """Return the law: that one holds, or a line names one of the inputs."""
+
+    def either(settings: Settings) -> str:
+        try:
+            return law(settings)
+        except WhirlError as failed:
+            text = str(failed)
+            require(len(text.splitlines()) == 1, "a refusal of more than a line")
+            said = set(re.findall(r"\w+", text))
+            require(said & inputs, f"names none of {', '.join(sorted(inputs))}: {text}")
+            return f"refused: {text}"
+
+    either.__doc__ = law.__doc__
+    return either
 
 
 def at_rest(settings: Settings) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from extremes import crossed
 from extremes.laws import (
     Law,
     any_law,
@@ -12,6 +13,7 @@ from extremes.laws import (
     closed_form,
     handed_over,
     lost,
+    many_steps,
     mirrored,
     no_drift,
     refused,
@@ -40,12 +42,14 @@ class Extreme:
     settings : inputs by name
     law : what decides
     quick : whether the quick tests try it; the others need a kernel of their own size
+    long : whether it takes a minute or more: only `--long` tries it
     """
 
     what: str
     settings: dict[str, Any]
     law: Law
     quick: bool = True
+    long: bool = False
 
     @property
     def name(self) -> str:
@@ -54,10 +58,14 @@ class Extreme:
 
 
 def each(
-    what: str, law: Law, *settings: dict[str, Any], quick: bool = True
+    what: str,
+    law: Law,
+    *settings: dict[str, Any],
+    quick: bool = True,
+    long: bool = False,
 ) -> list[Extreme]:
     """Return an extreme for each of the settings."""
-    return [Extreme(what, given, law, quick) for given in settings]
+    return [Extreme(what, given, law, quick, long) for given in settings]
 
 
 def over(name: str, *values: Any, **more: Any) -> list[dict[str, Any]]:
@@ -199,7 +207,7 @@ TABLE: list[Extreme] = [
                 interval=1e-2, **FREE), quick=False),
     *each("duration", no_drift,
           *over("duration", 60.0, nodal_diameter=2, interval=1e-2, **FREE),
-          quick=False),
+          quick=False, long=True),
     *each("duration", refused("1e[+]13 steps"), *over("duration", 1e8, 1e300),
           {"revolutions": 1e300, "speed": 1e-300}),
     *each("samples", refused("raise interval"),
@@ -304,4 +312,11 @@ TABLE += [
     Extreme(f"feature: {feature}", settings, any_law, quick=False)
     for feature in FEATURES
     for settings in edges_of(feature)
+]
+TABLE += [
+    Extreme(pair.what, pair.settings, pair.law, quick=False) for pair in crossed.pairs()
+]
+TABLE += [
+    Extreme(f"1e7 steps x {name}", given, many_steps, quick=False, long=True)
+    for name, given in crossed.LONG.items()
 ]

@@ -1,7 +1,8 @@
 """Scenes at the extremes, by the table of scripts/extremes/decide.py and its laws."""
 
 import pytest
-from extremes import drawn, table
+from extremes import crossed, drawn, laws, table
+from extremes.laws import Broken
 
 QUICK = [extreme for extreme in table.TABLE if extreme.quick]
 FOLDED = [e for e in table.TABLE if e.what == "lobes" and not e.quick]
@@ -41,3 +42,34 @@ def test_a_number_of_a_feature_that_is_on_at_its_edges(feature):
     assert len(own) == len(table.edges_of(feature))
     for extreme in own:
         extreme.law(extreme.settings)
+
+
+FOREMOST = "gap 1e-9 m", "denormal speed", "0.99 of the longest step"
+
+
+@pytest.mark.parametrize("feature", crossed.FEATURES)
+def test_a_feature_at_the_extremes_holds_or_is_refused_by_name(feature):
+    for extreme in FOREMOST:
+        pair = crossed.Pair(extreme, feature)
+        assert pair.law(pair.settings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("extreme", sorted(set(crossed.EXTREMES) - {*FOREMOST}))
+def test_every_feature_at_an_extreme_holds_or_is_refused_by_name(extreme):
+    for pair in crossed.pairs():
+        if pair.extreme == extreme and extreme != crossed.DEAR:
+            assert pair.law(pair.settings)
+
+
+def test_a_refusal_that_names_no_input_of_the_pair_is_broken():
+    pair = crossed.Pair("gap 0", "none")
+    wrong = pair.settings | {"friction": -1.0}
+    with pytest.raises(Broken, match="names none of"):
+        pair.law(wrong)
+
+
+def test_a_tip_beyond_the_casing_is_broken(monkeypatch):
+    monkeypatch.setattr(laws, "closure_at", lambda *_: 1e-7)
+    with pytest.raises(Broken, match="beyond the casing"):
+        laws.opened(crossed.Pair("gap 0", "none").settings)
