@@ -32,6 +32,7 @@ from hpcwhirl.analysis.regimes import (
 from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.analysis.support_force import loss_numbers, support_force
 from hpcwhirl.analysis.whirl import static_frame
+from hpcwhirl.case.bounds import lean_checked, told_beyond
 from hpcwhirl.case.coarser import longer_step
 from hpcwhirl.case.handover import TOLD as HANDED_OVER
 from hpcwhirl.case.limits import told_of_film
@@ -412,6 +413,7 @@ def result_of(case: Case, history: History) -> Result:
         row["words_over_speed"] = told_over_speed(words_over_speed(case, history))
     row |= loss_numbers(case, history) | wear_numbers(scene, history.layer)
     row["sample_interval"] = history.interval
+    row["lean_checked"] = lean_checked(case, row)
     row |= blade_numbers(history.time, history.tips, (1 - STEADY_SHARE) * history.end)
     performance: dict[str, Value] = {
         "seconds": history.seconds,
@@ -424,8 +426,8 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     """Return remarks for the user on a case, such as why it ended early.
 
     Others tell of a free motion that grows, of motion beyond the clearance of a squeeze
-    film, of its error in time, and of a profile that the harmonics of the casing do not
-    follow well.
+    film, of its error in time, of bounds of what was left out that the run exceeded,
+    and of a profile that the harmonics of the casing do not follow well.
 
     Parameters
     ----------
@@ -447,6 +449,8 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     if rotor.film_viscosity > 0.0:
         case, peak = resolve(scene), float(row["centre_peak"])
         notes += filter(None, [told_of_film(case.model, case.scene, peak)])
+    if row["lean_checked"] > 1.0:
+        notes += told_beyond(resolve(scene), row)
     notes += filter(None, [told_of_profile(scene), told_of_estimate(row)])
     return notes
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TypedDict
+from collections.abc import Mapping
+from typing import Any, TypedDict
 
 import numpy as np
 
+from hpcwhirl.case.bounds import bounds_of
 from hpcwhirl.case.plan import Plan
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.truncation import truncation_error
@@ -143,6 +145,17 @@ def notes_of(case: Case) -> list[Note]:
     return notes
 
 
+def facts_of_bounds(
+    case: Case, row: Mapping[str, Any] | None = None
+) -> list[dict[str, object]]:
+    """Return facts on the bounds by which parts of a case are left out, see `Bound`.
+
+    row : results of the case; None: before its run
+    """
+    found = bounds_of(case, row)
+    return [bound._asdict() | {"told": bound.told} for bound in found]
+
+
 def facts_of_plan(case: Case) -> dict[str, object]:
     """Return what `model --json` shows under `plan`: {name: fact on a case's plan}."""
     scene, model, plan, lean = case.reduced, case.model, case.plan, case.lean.model
@@ -168,6 +181,7 @@ def facts_of_plan(case: Case) -> dict[str, object]:
         "settling_time": plan.settling,
         "truncation_error": truncation_error(scene) if has_families(scene) else None,
         "left_out": notes_of(case),
+        "bounds": facts_of_bounds(case),
     }
 
 

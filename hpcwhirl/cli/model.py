@@ -141,6 +141,7 @@ def _explain(facts: dict[str, Any], scene: Scene) -> None:
 
     print(told_of(facts["integration"]))
     options.print_notes(facts["plan"]["left_out"])
+    options.print_bounds(facts["plan"]["bounds"])
     _show_rotations(facts["rotations"], scene)
     if facts["rotation"]["auto"] is not None:
         print(facts["rotation"]["auto"]["told"])

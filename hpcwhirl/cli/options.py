@@ -191,6 +191,15 @@ def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:
         print(f"  saves: {note['saves']}", file=file)
 
 
+def print_bounds(bounds: Sequence[Mapping[str, Any]]) -> None:
+    """Print the bounds by which parts of a case are left out.
+
+    bounds : dicts with a text `told`, from `case.explain.facts_of_bounds`
+    """
+    for bound in bounds:
+        print(f"bound: {bound['told']}")
+
+
 def scene_of(name: str, settings: Sequence[str]) -> Scene:
     """Return the scene that the argument SCENE names, with settings applied.
 

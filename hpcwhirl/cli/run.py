@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
     if changes(scene):
         facts["crossings"] = crossings(course.march.case)
     if args.explain:
-        facts |= _explained(course.march)
+        facts |= _explained(course.march, result.row)
     try:
         _write(args, design, result)
     finally:  # files first, then the summary: each even if the other fails
@@ -138,21 +138,25 @@ def _tell_unequal(march: March, *, quiet: bool) -> None:
         print(facts_of_file(march.model.rotor)["told"], file=sys.stderr)
 
 
-def _explained(march: March) -> dict[str, Any]:
+def _explained(march: March, row: Mapping[str, Any]) -> dict[str, Any]:
     """Return what `run --explain` tells of the work that was left out, by name.
+
+    row : results of the case by name
 
     Returns
     -------
     left_out : dicts of what was left out, why, and what that saves
+    bounds : dicts of the bounds by which, and what the run made of them
     marched : number of steps that were integrated
     work_share : amplitudes times steps integrated, divided by those of the whole model
     """
-    from hpcwhirl.case.explain import amplitudes, notes_of
+    from hpcwhirl.case.explain import amplitudes, facts_of_bounds, notes_of
 
     few, many = amplitudes(march.lean.model), amplitudes(march.model)
     share = few * march.marched / (many * march.total)
     return {
         "left_out": notes_of(march.case),
+        "bounds": facts_of_bounds(march.case, row),
         "marched": march.marched,
         "work_share": share,
     }
@@ -290,6 +294,7 @@ def _show(facts: dict[str, Any]) -> None:
         console.print(f"{' and '.join(taken)} took energy out: negative entries")
     if "left_out" in facts:
         options.print_notes(facts["left_out"])
+        options.print_bounds(facts["bounds"])
         print(
             f"saved: {facts['marched']} steps were integrated, "
             f"{facts['work_share']:.1%} of the whole model's amplitudes times steps"

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.arrays import Floats
+from hpcwhirl.case.bounds import TOUCHDOWNS
 from hpcwhirl.case.limits import beat_of, step_counts
 from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.profile import NEVER, held_displacement, release_step
@@ -44,7 +45,6 @@ LEAST_SECONDS = 1e-6  # least wall time of a slice, to divide by
 _slices: dict[tuple[str | int, ...], int] = {}  # {`March.kind`: steps of last slice}
 LOOKS = 50  # rows of evidence between two searches for a certificate
 PATIENCE = 16  # largest multiple of `LOOKS` between two searches
-TOUCHDOWNS = 12  # touchdowns of a blade beyond which all sectors are integrated
 CLEAR = 2.0  # time of the first search for a certificate, in durations of the pulse
 MOST_TRACES = 4e9  # bytes of one case's samples in memory
 

@@ -20,6 +20,7 @@ from hpcwhirl.scene.plain_data import apply_settings, flatten
 
 ALIKE = 0.85  # least similarity of two names for one to be a misspelling of the other
 FORMER = {"salvat2016": "mostly_damped"}  # names of earlier versions
+TOLD = "engines", "features", "loses", "regimes"  # texts of a preset, in their order
 ELSEWHERE = "its errors on other engines were not measured"
 
 
@@ -137,11 +138,12 @@ def preset_inputs(name: str) -> dict[str, Value]:
 def preset_loss(name: str) -> str:
     """Return a text with the measured errors of a preset.
 
-    Errors on random engines come first, then time and errors on the engines of the
-    measured trade-off, then how many regimes on maps are right.
+    Errors on random engines come first, then how often they hold with features, then
+    time and errors on the engines of the measured trade-off, then how many regimes on
+    maps are right.
     """
     texts = {"engines": ELSEWHERE, **_table("preset")[name]}
-    parts = (str(texts[key]) for key in ("engines", "loses", "regimes") if key in texts)
+    parts = (str(texts[key]) for key in TOLD if key in texts)
     return "; ".join(parts)
 
 

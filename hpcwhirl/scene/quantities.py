@@ -164,7 +164,8 @@ OVER_SPEED: dict[str, Quantity] = {
     **_text("S4096", words_over_speed="words by windows: times, s, speeds, rad/s,"
              " regime, whirl; one interval after the other"),
 }  # fmt: skip
-# variables of campaigns in which a blade is lost; NaN: the shaft bends
+# variables of campaigns in which a blade is lost; NaN: the shaft bends, or the run
+# ends before its first row of evidence
 LOST: dict[str, Quantity] = {
     **_real("N", support_peak="largest force of the support on the shaft's centre"),
     **_real("s", support_peak_time="time of support_peak"),

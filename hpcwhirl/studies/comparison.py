@@ -31,6 +31,7 @@ Cases = NDArray[np.intp]
 Floats = NDArray[np.float64]
 # numbers that describe the computation, not the motion
 COMPUTED = {"time_step", "sample_interval", "modes", "folds", "steps", "step_share",
+            "lean_checked",
             "gap_error", "ledger_error", "ledger_residual"}  # fmt: skip
 NONE = {"certificate", "last_contact"}  # times, of which -1 stands for none
 DIGITS = 10  # significant digits to which two values of an input must agree

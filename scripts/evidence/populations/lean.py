@@ -1,10 +1,12 @@
-"""The plan `lean` gives the words of `everything` where free motion may grow.
+"""The plan `lean` gives the words of `everything`, its bounds kept or named.
 
 Engines of equal blades with k >= 2 lobes, of which one of g sectors would stand for
 all: fed by rotating damping, by cross-coupled stiffness, or by both; three of four turn
 faster than the speed from which a free motion grows, one of four slower. The growing
 wave is one that the sector has not, k = 1. The first two engines are of 22 blades, on
-which one sector was certified as damped before all waves were asked.
+which one sector was certified as damped before all waves were asked. Each bound by
+which a part is left out must be kept by the run (`lean_checked` at most 1), or be named
+in a note of the case.
 """
 
 from __future__ import annotations
@@ -73,15 +75,18 @@ def _scene(given: dict[str, Any]) -> Any:
 
 def judged(row: dict[str, Any]) -> dict[str, Any]:
     """Return whether both plans give the same words, and none is damped above."""
-    one, other = (
-        simulate(_scene(row | {"plan": plan})).row for plan in ("lean", "everything")
+    lean, whole = (
+        simulate(_scene(row | {"plan": plan})) for plan in ("lean", "everything")
     )
+    one, other, share = lean.row, whole.row, float(lean.row["lean_checked"])
     words = [" ".join(str(each[name]) for name in WORDS) for each in (one, other)]
     grows = float(one["free_growth"]) > 0.0
     safe = not (grows and "damped" in {one["regime"], other["regime"]})
     told = f"lean {words[0]}, everything {words[1]}, growth {one['free_growth']:.3g}"
-    same = _same(one, other)
-    return {"held": same and safe, "why": told, "grows": grows, "words": words}
+    kept = share <= 1.0 or any("beyond the bound" in note for note in lean.notes)
+    held = _same(one, other) and safe and kept
+    told += f", lean_checked {share:.3g}"
+    return {"held": held, "why": told, "grows": grows, "words": words, "share": share}
 
 
 def _same(one: dict[str, Any], other: dict[str, Any]) -> bool:

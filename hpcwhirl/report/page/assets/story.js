@@ -52,11 +52,19 @@ function budget(i) {
   return `Rotation and friction ${verb} ${inUnit(Math.abs(fed), unit)}, damping and impacts took ${inUnit(lost, unit)}.`;
 }
 
+// How near a case came to a bound by which parts of it are left out.
+function leanness(i) {
+  const share = columns.get("lean_checked")?.value(i) ?? 0;
+  if (!(share > 0)) return "";
+  const beyond = share > 1 ? ", beyond it: its message names the part" : "";
+  return `What the model leaves out reached ${sized(share)} of its bound (lean_checked)${beyond}.`;
+}
+
 // Sentences that end with the word.
 function story(i, word, against) {
   const known = valueOf("certificate", i) >= 0 || hasNoContact(i);
   const during = known ? touched(i) : `${touched(i)}, and ${changed(i)}.`;
-  const parts = [ENDINGS[valueOf("stop", i)]?.(i), during, known ? "" : budget(i)];
+  const parts = [ENDINGS[valueOf("stop", i)]?.(i), during, known ? "" : budget(i), leanness(i)];
   const whole = [...parts, against].filter((part) => part && !part.includes("NaN")).join(" ");
   return `${whole} Hence: ${word}.`;
 }
