@@ -56,10 +56,13 @@ def line_of(feature: str, preset: str, rows: list[Row]) -> list[str]:
 def text_of(preset: str, rows: list[Row]) -> str:
     """Return a sentence: how often a preset holds, and on which features seldom."""
     bounds, count = preset_bounds(preset), len(rows)
-    form = "{0} of {1} ({2:.0%}, {3})"
+
+    def of(number: int) -> str:
+        return share(number, count, "{0} of {1} ({3})")
+
     held = [
         f"{name} within {100 * bounds[number]:g} % in "
-        + share(sum(within(row, preset, number) for row in rows), count, form)
+        + of(sum(within(row, preset, number) for row in rows))
         for number, name in NAMES.items()
     ]
     seldom = []
@@ -67,11 +70,12 @@ def text_of(preset: str, rows: list[Row]) -> str:
         own = [row for row in rows if row["scene"]["feature"] == feature]
         good = sum(within(row, preset, "orbit_radius") for row in own)
         if own and good < OFTEN * len(own):
-            seldom.append(f"{feature} {good} of {len(own)}")
-    right = share(sum(row["same"][preset] for row in rows), count, form)
+            name = feature if feature != "none" else "no feature"
+            seldom.append(f"{name} {good} of {len(own)}")
+    right = of(sum(row["same"][preset] for row in rows))
     return (
         f"with features on small engines, 0.5 s: word as a finer run in {right}, "
-        f"{', '.join(held)}; the radius does not hold on {', '.join(seldom)}"
+        f"{', '.join(held)}; the radius is so least with {', '.join(seldom)}"
     )
 
 
