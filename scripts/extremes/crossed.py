@@ -128,7 +128,8 @@ class Pair(NamedTuple):
     def touched(self) -> frozenset[str]:
         """Return the inputs that the pair sets, of which a refusal must name one."""
         set_here = {*FEATURES[self.feature], *EXTREMES[self.extreme].settings}
-        return frozenset(n.rpartition(".")[2] for n in set_here) | {"time_step"}
+        names = {n.rpartition(".")[2] for n in set_here} | {"time_step"}
+        return frozenset(names | ({"layer_edge"} if "contact_law" in names else set()))
 
 
 def pairs() -> list[Pair]:
