@@ -29,7 +29,12 @@ from hpcwhirl.case.profile import (
     shape_of,
 )
 from hpcwhirl.case.speed import check_change, extremes
-from hpcwhirl.case.unbalance import check_unbalance, films_of, is_unbalanced
+from hpcwhirl.case.unbalance import (
+    check_films,
+    check_unbalance,
+    films_of,
+    is_unbalanced,
+)
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
@@ -66,6 +71,7 @@ def check_limits(model: Model, scene: Scene) -> None:
     check_rotation(model, scene)
     check_supports(model, scene)
     check_unbalance(model, scene)
+    check_films(model, scene)
     check_step(model, scene)
     check_count(scene)
     check_loading(scene)

@@ -375,6 +375,26 @@ def check_unbalance(model: Model, scene: Scene) -> None:
         )
 
 
+def check_films(model: Model, scene: Scene) -> None:
+    """Raise InputError if the rotor's weight closes a squeeze film, beside its circle.
+
+    A film has no stiffness: what holds the rotor beside it must keep the film open.
+    """
+    found, spin = steady(model, scene), model.rotor.spin
+    if found is None or spin is None or not weighs(scene):
+        return
+    for place in films_of(spin):
+        rows, clearance = _rows_of(model, spin, place), _film(spin, place).clearance
+        sag = float(np.linalg.norm(np.abs(rows @ found.of(1)))) / math.sqrt(2.0)
+        reached = sag + float(np.hypot(*(rows @ found.still)))
+        if not reached < CLOSED * clearance:
+            raise InputError(
+                f"film_clearance must be > {reached / CLOSED:.6g} m: the sag by the "
+                f"rotor's weight, {sag:.6g} m, would close the squeeze film, got "
+                f"{clearance:.6g}"
+            )
+
+
 def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
     """Return the facts on the circle of an unbalance that `model --json` shows.
 
