@@ -483,7 +483,7 @@ def hub_of(z: Complexes) -> Floats:
 
 
 def _pairs(rows: SlotRows) -> list[tuple[int, int]]:
-    """Return the amplitudes of each product of the rotor's energy, as `rows.pairs`."""
+    """Return the two amplitudes of each product of `SlotRows.pairs` of the rotor."""
     pairs = rows.pairs.reshape(-1, 2)[: rows.split].tolist()
     return [(i, j) for i, j in pairs]
 

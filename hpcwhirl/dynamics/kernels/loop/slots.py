@@ -361,7 +361,7 @@ def spectrum_of(rows, q, spectrum):
 def form_of(rows, form, first, last, q):
     """Return a quadratic form of waves' amplitudes, J: of entries first .. last - 1.
 
-    form : coefficients of the products of `rows.pairs`, as `SlotRows.energy`
+    form : coefficients of the products of `SlotRows.pairs`, as `SlotRows.energy`
     """
     total = broadcast(0.0)
     for e in range(first, last):
@@ -395,8 +395,8 @@ def turn_slots(rows, drive, q, sums):
     the amplitudes a. Of its sum over steps, products conj(a_f) a_g of different waves
     telescope: they are the difference of the form G_fg = H_fg / (1 - conj(z_f) z_g)
     between begin and end, apart from what contact forces change G
-    (`swirl_slots`). `SlotDrive.turning` is that difference at the end, with half of B.
-    The rest, H_ff |a_f|^2, is added here in every step.
+    (`swirl_slots`). `wave_types.SlotDrive.turning` is that difference at the end, with
+    half of B. The rest, H_ff |a_f|^2, is added here in every step.
 
     q : amplitudes after the free step
     sums : `sums_c` of the state
