@@ -148,9 +148,6 @@ class Case:
         settings: dict[str, Value] = {"force": 0.0} if self.goes_on else {}
         if self.given.solver.accuracy > 0.0:
             settings["time_step"] = self.step
-        spins = self.model.rotor.spin is not None and law_of(self.given) is not None
-        if spins and self.given.solver.scheme == "paper":
-            settings["scheme"] = "general"  # its matrices are those of one speed
         if self.given.gap_at == "rest":
             if self.model.rotor.points is not None:
                 raise InputError(
@@ -192,9 +189,7 @@ class Case:
         """Predicted computing time on one core, s, if the run goes to its end."""
         engine, name = self.given.engine, self.given.solver.scheme
         slips = self.given.friction_law != "constant"
-        turns = engine.rotation != "none" and (
-            name == "paper" or engine.rotor.is_uneven
-        )
+        turns = engine.rotation != "none" and engine.rotor.is_uneven
         if law_of(self.given) is not None and (slips or turns):
             name = "general"
         step = SCHEMES[name].step_seconds(

@@ -20,7 +20,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.errors import InputError, shown
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.model import Model, has_waves
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.kept_tables import kept_rows
 
@@ -391,11 +391,14 @@ def schedule_of(scene: Scene, model: Model) -> Schedule | None:
 def rides(scene: Scene, model: Model) -> bool:
     """Return whether a run with intervals integrates the casing in the rotor's frame.
 
-    It is unless it consists of elements, the scheme is `paper`, or it is `general` and
-    the rotor has terms of rotation.
+    It is unless it consists of elements, the scheme is `paper`, or the rotor has terms
+    of rotation and its coupled modes are integrated, see `schemes.modal`.
     """
-    spins, scheme = model.rotor.spin is not None, scene.solver.scheme
-    apart = scheme == "paper" or (scheme == "general" and spins)
+    scheme, apart = scene.solver.scheme, False
+    if model.rotor.spin is not None:
+        equal = has_waves(model) and model.rotor.points is None
+        apart = scheme == "general" or not equal
+    apart = apart or scheme == "paper"
     return not (apart or scene.engine.casing.discretization == "elements")
 
 
