@@ -9,11 +9,16 @@ numbers of 8 and of 4 bytes in turn, least time of three; the difference of the 
 
 from __future__ import annotations
 
+import sys
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numba import njit
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import parser_of
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.bodies.timestep import central_differences
@@ -56,6 +61,7 @@ def marched(kind: Any) -> tuple[float, Any]:
 
 def main() -> None:
     """Measure both in turn; print the time of a step, their ratio and difference."""
+    parser_of(__doc__).parse_args()
     marched(np.float64), marched(np.float32)  # compiled
     runs = [(marched(np.float64), marched(np.float32)) for _ in range(TIMES)]
     double, single = (min(run[i][0] for run in runs) for i in (0, 1))
