@@ -25,7 +25,7 @@ from hpcwhirl.refinement.lattice import Lattice, Point, Side
 from hpcwhirl.refinement.tree import Tree
 from hpcwhirl.scene import Scene, apply_settings, preset_inputs
 
-COUNT, LEAST = 5, 0.8
+COUNT, LEAST = 9, 0.8
 MORE = 2  # points with other words than by the twin, of 45
 SPECKLE = 2
 SUSPENSION = 0.0275  # damping of the suspension, which a turning rotor's is below
