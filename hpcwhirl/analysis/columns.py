@@ -30,6 +30,7 @@ from hpcwhirl.scene.quantities import (
     OVER_SPEED,
     REFINED,
     ROW,
+    SLIPPED,
     WORN,
 )
 from hpcwhirl.scene.units import shown_in
@@ -52,6 +53,7 @@ NEEDS = (
     | dict.fromkeys(WORN, "a layer that wears (casing.contact_law)")
     | dict.fromkeys(OVER_SPEED, "a speed or gap that changes, or a blade lost later")
     | dict.fromkeys(LOST, "a lost blade (engine.rotor.lost_blade)")
+    | dict.fromkeys(SLIPPED, 'slip = "set-valued"')
     | dict.fromkeys(REFINED, "the table [refine]")
     | dict.fromkeys(SHARE, "the table [twins]")
 )

@@ -80,13 +80,15 @@ def loss_numbers(case: Case, history: History) -> dict[str, float]:
     angles = angle_at(scene, judged.time)
     force = support_force(case, judged.time, static_frame(judged.centre, angles))
     sizes = np.hypot(*force.T)
-    pushed = abs(friction_with_sign(scene)) * scene.engine.rotor.radius
+    drag = abs(friction_with_sign(scene)) * history.contact_impulse
+    if history.rubbing is not None:
+        drag = float(np.sign(scene.speed)) * history.rubbing.impulse
     return {
         "support_peak": float(sizes.max()) if len(sizes) else math.nan,
         "support_peak_time": (
             float(judged.time[sizes.argmax()]) if len(sizes) else math.nan
         ),
-        "friction_torque": pushed * history.contact_impulse / history.end,
+        "friction_torque": drag * scene.engine.rotor.radius / history.end,
         "released_energy": _released_energy(case),
     }
 

@@ -31,6 +31,7 @@ from hpcwhirl.scene.quantities import (
     OVER_SPEED,
     PERFORMANCE,
     ROW,
+    SLIPPED,
     STATUS,
     TRACES,
     TUNED,
@@ -220,7 +221,8 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
         msg = f"variables: a name has only letters, digits and _, got {shown(name)}"
         raise InputError(msg)
     taken = {
-        *ROW, *BLADES, *CHAOS, *ESTIMATED, *OVER_SPEED, *LOST, *WORN, *TUNED, *STATUS,
+        *ROW, *BLADES, *CHAOS, *ESTIMATED, *OVER_SPEED, *LOST, *SLIPPED, *WORN, *TUNED,
+        *STATUS,
         *TRACES, *AXES, *PERFORMANCE, *SHARE, GROUP, CELLS, BOUNDARIES, WHY_NOT,
         "performance",
     }  # fmt: skip
@@ -264,6 +266,7 @@ def one_case(
         **CHAOS,
         **ESTIMATED,
         **LOST,
+        **SLIPPED,
         **WORN,
         **TRACES,
         "time": AXES["time"],

@@ -412,6 +412,12 @@ def result_of(case: Case, history: History) -> Result:
     if changes(scene) or case.loses:
         row["words_over_speed"] = told_over_speed(words_over_speed(case, history))
     row |= loss_numbers(case, history) | wear_numbers(scene, history.layer)
+    if history.rubbing is not None:
+        row |= {
+            "stick_share": history.rubbing.stuck,
+            "reverse_share": history.rubbing.reversed,
+            "friction_heat": history.rubbing.heat,
+        }
     row["sample_interval"] = history.interval
     row["lean_checked"] = lean_checked(case, row)
     row |= blade_numbers(history.time, history.tips, (1 - STEADY_SHARE) * history.end)

@@ -15,6 +15,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.waves import tip_growth
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.scene.input_names import Value
 from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES
@@ -77,7 +78,7 @@ class Case:
         scene = self.reduced
         name = "modal" if self.handed_over else scene.solver.scheme
         slips = scene.friction_law != "constant" and law_of(scene) is not None
-        if slips and name == "modal":
+        if (slips or scene.slip != PERMANENT) and name == "modal":
             name = "general"  # waves' coefficients hold for one friction only
         if name == scene.solver.scheme:
             return scene
@@ -190,7 +191,8 @@ class Case:
         engine, name = self.given.engine, self.given.solver.scheme
         slips = self.given.friction_law != "constant"
         turns = engine.rotation != "none" and engine.rotor.is_uneven
-        if law_of(self.given) is not None and (slips or turns):
+        moves, sticks = law_of(self.given) is not None, self.given.slip != PERMANENT
+        if sticks or (moves and (slips or turns)):
             name = "general"
         step = SCHEMES[name].step_seconds(
             engine.rotation, engine.rotor.blades, uneven=engine.rotor.is_uneven,

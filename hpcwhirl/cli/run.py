@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.errors import InputError
+from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.scene.units import (
     ANGULAR,
     Quantity,
@@ -103,10 +104,11 @@ def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     from hpcwhirl.campaign.simulate import notes_on
 
     out = notes_on(scene, row)
-    if row["slip_ratio"] >= 1.0:
+    if row["slip_ratio"] >= 1.0 and scene.slip == PERMANENT:
         out.append(
             f"slip_ratio is {row['slip_ratio']:.3g}: a tip in contact may have slid "
-            "back, while friction here always drags against the rotation"
+            "back, while friction here always drags against the rotation: slip = "
+            "'set-valued' lets tips stick and slide back"
         )
     return out
 

@@ -56,6 +56,25 @@ class Evidence:
 
 
 @dataclass(frozen=True)
+class Rubbing:
+    """What set-valued friction did in a run.
+
+    Attributes
+    ----------
+    heat : J, that friction took by sliding, >= 0: minus its work on the velocities of
+        casing and tips relative to each other
+    impulse : N s, of friction on the casing, along increasing theta
+    stuck, reversed : shares of the time in contact, summed over tips, in which a tip
+        stuck to the casing, and slid against the rotation
+    """
+
+    heat: float
+    impulse: float
+    stuck: float
+    reversed: float
+
+
+@dataclass(frozen=True)
 class History:
     """Samples and totals of one run; all in SI units, all numbers finite.
 
@@ -107,6 +126,7 @@ class History:
         without unbalance
     blur : energy, J, and squared distance of the centre, m^2, up to which a motion
         about the circle may be round-off; 0 for schemes that compute this motion
+    rubbing : what set-valued friction did; None with permanent sliding
     free_growth : (b,) or (1,), 1/s, growth rate of the engine's fastest growing free
         motion, at the speed of each of the b samples of the evidence; 0 if all decay,
         or if round-off explains it
@@ -151,6 +171,7 @@ class History:
     layer: Floats = field(default_factory=lambda: np.zeros((3, 0)))
     circle: Floats = field(default_factory=lambda: np.zeros((1, 2)))
     blur: tuple[float, float] = (0.0, 0.0)
+    rubbing: Rubbing | None = None
     free_growth: Floats = field(default_factory=lambda: np.zeros(1))
 
 

@@ -14,13 +14,14 @@ from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.case.unbalance import centre_orbit
-from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
+from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History, Rubbing
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Tracks
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.waves.casing import unfolded
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.contact_laws import PERMANENT
 
 CERTAIN = 4  # reason for the end that no kernel returns: a certificate
 STOPS = {  # {counter STOP: name of the reason for the end of a run}
@@ -153,6 +154,7 @@ def history_of(march: Run) -> History:
         folds=folds,
         circle=_circle(march, judged.time),
         blur=_blur(march),
+        rubbing=_rubbing(march),
         free_growth=_free_growth(march, judged),
         stress=march.stresses[:count],
         worn=kept.worn,
@@ -209,6 +211,20 @@ def _blur(march: Run) -> tuple[float, float]:
     """
     energy, squared = march.scheme.jitter
     return march.steps * energy, march.steps * squared
+
+
+def _rubbing(march: Run) -> Rubbing | None:
+    """Return what set-valued friction did in a run so far; None if it was not used."""
+    if march.scene.slip == PERMANENT:
+        return None
+    ledger, counts = march.state.ledger, march.counter
+    met = max(int(counts[contact.MET]), 1)
+    return Rubbing(
+        heat=-float(ledger[contact.HEAT]),
+        impulse=float(ledger[contact.TANGENTIAL]),
+        stuck=int(counts[contact.STUCK]) / met,
+        reversed=int(counts[contact.REVERSED]) / met,
+    )
 
 
 def _free_growth(march: Run, judged: Evidence) -> Floats:

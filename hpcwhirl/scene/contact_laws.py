@@ -68,6 +68,7 @@ _FRICTION = (
         stribeck,
     ),
 )
+PERMANENT, SET_VALUED = "permanent", "set-valued"
 LAWS = {law.name: law for law in _TABLE}
 NAMES = tuple(LAWS)
 FRICTION = {law.name: law for law in _FRICTION}

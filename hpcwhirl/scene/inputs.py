@@ -159,6 +159,10 @@ class Scene(Inputs, metaclass=_Told):
     friction_speed: Positive = given(10.0, "m/s",
         "sliding speed v_s in exp(-|v| / v_s), by which Stribeck's friction falls",
         symbol="v_s")
+    slip: Literal["permanent", "set-valued"] = given("permanent", "1",
+        "whether tips in contact always slide with the rotation; permanent: they do, "
+        "and friction drags against it; set-valued: Coulomb's law at each tip, which "
+        "may slide either way or stick; by scheme general or paper")
     force: NonNegative = given(75e3, "N",
         "peak modal force; F(t) = F sin(pi t / tau) for 0 < t < tau", symbol="F")
     pulse: Positive = given(6.3e-4, "s",

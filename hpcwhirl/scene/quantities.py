@@ -173,6 +173,14 @@ LOST: dict[str, Quantity] = {
     **_real("J", released_energy="kinetic energy of the blade as it leaves, without its"
              " vibration; 0 if none leaves in the run"),
 }  # fmt: skip
+# variables of campaigns with slip = "set-valued"
+SLIPPED: dict[str, Quantity] = {
+    **_real("1", stick_share="share of the time in contact in which a tip sticks to the"
+             " casing; 0 without contact"),
+    **_real("1", reverse_share="share of the time in contact in which a tip slides"
+             " against the rotation; at speed 0, either way"),
+    **_real("J", friction_heat="energy that friction has taken by sliding"),
+}  # fmt: skip
 # variables of campaigns with a layer on the casing that wears
 WORN: dict[str, Quantity] = {
     **_real("J", ledger_wear="work of wear of a layer on the casing"),

@@ -16,7 +16,7 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from hpcwhirl.errors import shown
-from hpcwhirl.scene.contact_laws import RIGID, rods_around
+from hpcwhirl.scene.contact_laws import PERMANENT, RIGID, rods_around
 from hpcwhirl.scene.kept_tables import kept_rows
 from hpcwhirl.scene.schemes import MODAL, either
 from hpcwhirl.scene.shaft_tables import WORDS
@@ -351,6 +351,8 @@ def _begins_at(name: str) -> Rule:
 
 
 OF_SCENE = (
+    must_be(RIGID, LAW, Unless("where slip is set-valued", ("slip",), _is(PERMANENT)),
+        got=str),
     must_be(0, "revolutions", STEADY_TOLD),
     must_be(0, "output.chaos", STILL_TOLD),
     must_be("", "history", STILL_TOLD, note="; leave out [branch]"),

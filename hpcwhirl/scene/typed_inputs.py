@@ -139,6 +139,7 @@ class SceneInputs(TypedDict, total=False):
     friction_law: Literal["constant", "stribeck"]
     friction_at_rest: Number
     friction_speed: Number
+    slip: Literal["permanent", "set-valued"]
     force: Number
     pulse: Number
     direction: Literal["squeeze", "stretch"]

@@ -196,7 +196,7 @@ def test_one_force_pushes_both_bodies_apart(scenes, name, scheme):
 
 def mirrored(given, blades):
     """Return the inputs of a scene in a mirror through blade 0."""
-    told = {"speed": -300.0}
+    told = {"speed": -given.get("speed", BASE["speed"])}
     angles = "unbalance_phase", "gravity_angle", "offset_angle"
     for key in (*angles, "acceleration", "speed_to"):
         if key in given:
@@ -232,6 +232,7 @@ ORACLE = {
     "unlike supports, unbalance": "general",
     "shell": "general",
     "run-up, rotation": "general",
+    "sticks, run-up, rotation": "general",
     "run-up, rotation, shaft": "general",
     "start, run-up": "general",
     "start, unbalance, run-up": "general",

@@ -71,6 +71,7 @@ START = {
     "start_energy": 5.0, "start_modes": "rotor suspension, casing 2",
     "start_draw": 3.0, "force": 0.0,
 }  # fmt: skip
+STICKS = {"slip": "set-valued", "speed": 3.0, "friction": 0.5}
 CENTRAL = "modal", "general", "paper"
 ALL = *CENTRAL, "exact"
 CYCLIC = "modal", "exact"
@@ -206,6 +207,21 @@ TABLE = {  # scene: what is set, the schemes that march it
         {"friction_law": "stribeck", "friction_speed": 80.0, "acceleration": 2000.0},
         ("modal", "paper"),
     ),
+    "sticks": (STICKS, ("general", "paper")),
+    "sticks, stribeck": (
+        STICKS | {"friction_law": "stribeck", "friction_speed": 0.5},
+        ("general", "paper"),
+    ),
+    "sticks, rotation": (FULL | STICKS, ("general", "paper")),
+    "sticks, unequal": (UNEQUAL | STICKS, ("general", "paper")),
+    "sticks, elements": (ELEMENTS | STICKS, ("general", "paper")),
+    "sticks, run-down": (
+        STICKS | {"acceleration": -800.0, "speed_to": 1.0, "speed": 3.0}, ("general",)
+    ),
+    "sticks, run-up, rotation": (
+        FULL | STICKS | {"acceleration": 500.0, "unbalance": 5e-3}, ("modal",)
+    ),
+    "sticks, rotation, lost blade": (FULL | STICKS | {"lost_blade": 2}, ("general",)),
     "start": (START, CYCLIC),
     "start, unbalance": (FULL | START | {"unbalance": 5e-3}, ALL),
     "start, lost blade": (FULL | START | {"lost_blade": 2}, ("modal", "general")),

@@ -25,6 +25,7 @@ from hpcwhirl.errors import WhirlError
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.refinement.growth import Address
 from hpcwhirl.scene.batch_validation import Columns, Many, end_times
+from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.scene.input_names import MISTUNING
 from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES, USUAL
@@ -296,7 +297,8 @@ def _nominal(get: Columns, share: float) -> Any:
     moving = moving | np.not_equal(get("speed_table"), "")
     slips = np.not_equal(get("friction_law"), "constant")
     moving = moving & ((rotations != "none") | slips)  # `general`, see `case.resolve`
-    schemes = np.where(moving, "general", schemes)
+    loose = np.not_equal(get("slip"), PERMANENT) & (schemes != "paper")
+    schemes = np.where(moving | loose, "general", schemes)
     kinds = product(np.unique(schemes), np.unique(rotations), (False, True))
     return sum(
         ((schemes == scheme) & (rotations == rotation) & (uneven == apart))

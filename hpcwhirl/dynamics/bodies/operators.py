@@ -32,6 +32,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     Body,
     Contact,
+    Coulomb,
     Layer,
     Load,
     Points,
@@ -44,6 +45,7 @@ from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.scene import Scene, contact_laws
+from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.structure import FourierOperator
 
 EMPTY = np.zeros((0, 0))  # matrix of a body that is absent
@@ -155,7 +157,34 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     each = rotor_compliance(model, scene, mu), ring_compliance(model, step, mu)
     lost, kind = scene.engine.rotor.lost_blade, ring_kind(model)
-    return Contact(*each, kind, lost, points_of(model), layer_of(scene))
+    points, layer = points_of(model), layer_of(scene)
+    return Contact(*each, kind, lost, points, layer, coulomb_of(model, scene))
+
+
+def coulomb_of(model: Model, scene: Scene) -> Coulomb:
+    """Return the law of set-valued friction, with empty arrays if sliding is permanent.
+
+    Its matrices give how unit contact forces, normal and of friction, move the contact
+    points of both bodies, outward or along theta, at the end of a step.
+    """
+    if scene.slip == PERMANENT:
+        return Coulomb(0.0, 0.0, 0.0, 0.0, EMPTY, EMPTY)
+    step, ring = scene.solver.time_step, EMPTY
+    rows = np.vstack(contact_rows(model.rotor, model.blades))
+    if model.rotor.spin is not None:
+        moved = rows @ turning(model, scene, model.rotor.shapes).inverse
+    else:
+        moved = rows * recursion(model.rotor.omega, model.rotor.ratios, step)[2]
+    if model.casing is not None and model.ring is not None:
+        _, _, give = recursion(model.casing.omega, model.casing.ratios, step)
+        shapes = model.casing.shapes
+        both = np.vstack([shapes[model.ring.radial], shapes[model.ring.tangential]])
+        ring = np.ascontiguousarray((both * give) @ both.T)
+    decay = 0.0 if scene.friction_law == "constant" else scene.friction_speed
+    return Coulomb(
+        scene.friction, scene.friction_at_rest, decay, scene.engine.rotor.radius,
+        np.ascontiguousarray((moved @ rows.T).T), ring,
+    )  # fmt: skip
 
 
 def points_of(model: Model) -> Points:

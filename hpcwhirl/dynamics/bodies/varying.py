@@ -239,6 +239,21 @@ class DrivenRotor:
             out += moved.sum(axis=0)
         return out
 
+    def responses(self, body: Body) -> Floats:
+        """Return what unit contact forces add to gaps and slides at this speed, m/N.
+
+        They are those of `kernel_types.Coulomb.rotor`, (2 N, 2 N).
+
+        body : the kernel's arrays of the rotor
+        """
+        size = 2 * len(self.radial)
+        rows, out = np.vstack([self.radial, self.tangential]), np.zeros((size, size))
+        for group in self.groups:
+            own = rows[:, group.modes].swapaxes(0, 1)
+            moved = own @ body.give[group.flat] @ own.swapaxes(1, 2)
+            out += moved.sum(axis=0).T
+        return out
+
     def dense(self, body: Body) -> tuple[Floats, Floats, Floats]:
         """Return a step's matrices, keep and pull, and its increment by the force f_0.
 

@@ -30,7 +30,10 @@ PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
 CERTIFICATE, MISS = 5, 6
 SLIP = 7  # m/s, largest tangential velocity of a tip in contact; see `note_slip`
 WEAR = 8  # J, work of wear, part of IMPACT; see `layer`
-ENTRIES = 9  # number of entries of the ledger
+# of set-valued friction, see `coulomb`: J, its work on the slides of tips; N s, its
+# impulse along theta
+HEAT, TANGENTIAL = 9, 10
+ENTRIES = 11  # number of entries of the ledger
 # number of terms of `Tracks.closed`, J: energy, damping, pulse, impact, friction,
 # rotation, wear
 CLOSED = 7
@@ -42,7 +45,10 @@ STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
 ENDED, NEXT_TRY, PATIENCE, CERTIFIED, JUMPED, JUMPS = 6, 7, 8, 9, 10, 11
 JUDGED = 12  # rows of evidence written
 NEXT_LOOK = 13  # step of the next check of the amplitude limit, see `watch`
-COUNTERS = 14  # number of counters
+# of set-valued friction: tips in contact, of these those that stuck, and those that
+# slid against the rotation, summed over steps
+MET, STUCK, REVERSED = 14, 15, 16
+COUNTERS = 17  # number of counters
 # columns of the evidence: centre x_o, y_o, m; energies of rotor and casing, J;
 # cumulative work fed, its part by friction, energy lost, J; see `History.judged`
 AT_X, AT_Y, OF_ROTOR, OF_CASING, WAS_FED, WAS_RUBBED, WAS_LOST = range(7)
@@ -158,6 +164,16 @@ def angle_at(wall, speed, time):
     """
     late = time - wall.since
     return speed * time + (wall.ahead + wall.bend * late * late)
+
+
+@inlined
+def turned_by(wall, speed, time, step):
+    """Return the angle by which the rotor turns in the step that begins at a time, rad.
+
+    wall, speed, step : `kernel_types.Wall`; Omega, rad/s; dt, s
+    """
+    late = time - wall.since
+    return speed * step + wall.bend * step * (2.0 * late + step)
 
 
 @kernel

@@ -332,6 +332,56 @@ class LayerSpace(NamedTuple):
     springs: Floats
 
 
+class Coulomb(NamedTuple):
+    """Set-valued friction of N contact points, see `coulomb`; empty: permanent sliding.
+
+    Attributes
+    ----------
+    friction, at_rest : mu of sliding; without sliding
+    decay : m/s, sliding speed by which mu falls from one to the other; 0: constant mu
+    radius : m, R, at which tips slide with the rotation
+    rotor : (2 N, 2 N), m/N; row j, N + j: what a unit multiplier, a unit of friction on
+        tip j adds to all gaps, then to all slides, by the rotor's motion
+    ring : (2 R, 2 R), m/N; row i, R + i: displacements of the ring's R radial, then R
+        tangential coordinates by a unit force on radial, on tangential coordinate i
+    """
+
+    friction: float
+    at_rest: float
+    decay: float
+    radius: float
+    rotor: Floats
+    ring: Floats
+
+
+class CoulombSpace(NamedTuple):
+    """Work arrays of set-valued friction, `coulomb.rub`, for N contact points.
+
+    Attributes
+    ----------
+    columns : (2 N, 2 N), m/N, rows as in `Coulomb.rotor`, of both bodies
+    have : (N,), 1 if the two rows of a tip are known in this step, else 0
+    response : (2 R,), m/N, displacements of the ring by a unit force
+    slides, after, before : (N,), m, slides of the step, without and with contact
+        forces; those of the step before
+    mu, tau : (N,), coefficients of friction; (N,), N, friction on the casing
+    state, chosen : (N,), states of tips; the tips in Lemke's table
+    table : Lemke's table for 3 N variables
+    """
+
+    columns: Floats
+    have: Integers
+    response: Floats
+    slides: Floats
+    after: Floats
+    before: Floats
+    mu: Floats
+    tau: Floats
+    state: Integers
+    chosen: Integers
+    table: ContactSpace
+
+
 class Contact(NamedTuple):
     """Constants of the contact of rotor and casing in the time loop `bodies`.
 
@@ -342,6 +392,7 @@ class Contact(NamedTuple):
     ring, lost : kind of the ring; index of the lost blade, -1 for none
     points : positions of the contact points
     layer : rods on the casing; unused if the state has no rods
+    coulomb : law of friction and what it needs of both bodies
     """
 
     w_rotor: Floats
@@ -350,6 +401,7 @@ class Contact(NamedTuple):
     lost: int
     points: Points
     layer: Layer
+    coulomb: Coulomb
 
 
 class ContactSpace(NamedTuple):

@@ -151,6 +151,8 @@ class _Driven(TwoBodies):
         self.own.set(body, now)
         mu = friction_with_sign(self.scene, now.speed)
         contact.w_rotor[:] = self.own.compliance(body, mu)
+        if len(contact.coulomb.rotor):
+            contact.coulomb.rotor[:] = self.own.responses(body)
         if not state:
             return
         if state.counter[STEP] == 0 and not self.moves:  # at rest

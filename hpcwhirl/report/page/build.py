@@ -45,6 +45,7 @@ from hpcwhirl.scene.quantities import (
     PERFORMANCE,
     REFINED,
     ROW,
+    SLIPPED,
     STATUS,
     TUNED,
     WORN,
@@ -64,7 +65,7 @@ FACTS = (
     "libraries", "preset", "preset_loses",
 )  # fmt: skip
 MORE = (  # columns of some campaigns
-    BLADES | CHAOS | ESTIMATED | LOST | WORN | TUNED | REFINED
+    BLADES | CHAOS | ESTIMATED | LOST | SLIPPED | WORN | TUNED | REFINED
 )
 LEFT_OUT = ("message", "rank")  # columns of results that the page's table lacks
 CHARTED = ("time", "energy", "power", "line_frequency")  # axes of a case's figures

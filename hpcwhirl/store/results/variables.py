@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from hpcwhirl.scene.contact_laws import RIGID
+from hpcwhirl.scene.contact_laws import PERMANENT, RIGID
 from hpcwhirl.scene.input_names import MISTUNING
 from hpcwhirl.scene.quantities import (
     BLADES,
@@ -15,6 +15,7 @@ from hpcwhirl.scene.quantities import (
     ESTIMATED,
     LOST,
     OVER_SPEED,
+    SLIPPED,
     TUNED,
     WORN,
 )
@@ -26,6 +27,7 @@ from hpcwhirl.store.directory.record import Record
 DETAIL = "output.traces"
 MEASURED = "output.chaos"
 ESTIMATE, NO_ESTIMATE = "solver.estimate", "none"
+SLIP = "slip"
 LAW = "engine.casing.contact_law"
 BLADE = "engine.rotor.lost_blade"
 # Entries of a row that mistuning leaves unchanged.
@@ -60,6 +62,7 @@ def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
     found |= ESTIMATED if {*plan.values(ESTIMATE, NO_ESTIMATE)} - {NO_ESTIMATE} else {}
     found |= OVER_SPEED if changes_in_time(plan) else {}
     found |= LOST if {*plan.values(BLADE, NO_BLADE)} - {NO_BLADE} else {}
+    found |= SLIPPED if {*plan.values(SLIP, PERMANENT)} - {PERMANENT} else {}
     return found | (WORN if {*plan.values(LAW, RIGID)} - {RIGID} else {})
 
 

@@ -40,8 +40,15 @@ from hpcwhirl.dynamics.kernels.contact import (
     pulse_of,
     read_ring,
     slips_now,
+    turned_by,
     watch,
     write_sample,
+)
+from hpcwhirl.dynamics.kernels.coulomb import (
+    book_slides,
+    coulomb_space,
+    obeyed,
+    rub,
 )
 from hpcwhirl.dynamics.kernels.layer import (
     closed_by,
@@ -139,19 +146,52 @@ def farthest(tips):
 
 
 @part
-def book_forces(motion, mu, ledger):
+def book_forces(motion, ledger):
     """Enter the work of contact forces on a body in a step, J, in the ledger.
 
     Its entries ROTATION and FRICTION grow by the work of the forces motion.normal and
-    mu motion.drag on the motion from step n - 1 to n + 1, halved.
+    motion.drag on the motion from step n - 1 to n + 1, halved.
 
-    motion, mu : `body.Motion`; friction with the sign of the speed
+    motion : `body.Motion`
     """
     _, d, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):
         mean = 0.5 * (ahead[m] + d[m])
         ledger[ROTATION] += normal[m] * mean
-        ledger[FRICTION] += mu * drag[m] * mean
+        ledger[FRICTION] += drag[m] * mean
+
+
+@part
+def push_apart(rotor, casing, b, c, lam, tau, own, inward, index, shape):
+    """Add the effect of contact forces to the increments of both bodies.
+
+    b, c : `body.Motion` of rotor and casing
+    lam, tau : (N,), N, multipliers of the tips; friction on the casing
+    own, inward, index, shape : coordinates of rotor and of casing on which each tip
+        acts, and weights, see `body.collect`
+    """
+    collect(rotor, b, lam, tau, own, inward)
+    collect(casing, c, lam, tau, index, shape)
+    meet(rotor, b)
+    meet(casing, c)
+
+
+@part
+def slides_of(
+    rotor, casing, d_b, d_c, lam, moved, own, inward, index, shape, along_b, along_c,
+    out,
+):  # fmt: skip
+    """Set out (N,) to the slides of tips with lam > 0 in a step, m, see `coulomb`.
+
+    d_b, d_c : increments of the coordinates of rotor and casing in the step
+    moved : m, Omega R dt
+    lam, own, inward, index, shape : as in `push_apart`
+    along_b, along_c : (N,), (R,), work space
+    """
+    for j in range(len(out)):
+        out[j] = -moved
+    slide(rotor, d_b, lam, own, inward, along_b, out)
+    slide(casing, d_c, lam, index, shape, along_c, out)
 
 
 @part
@@ -214,7 +254,7 @@ def march_bodies(
     contact, state, tracks : `kernel_types.Contact`, `kernel_types.BodiesState`,
         `kernel_types.Tracks`
     """
-    w_rotor, compliance, ring, lost, points, layer = contact
+    w_rotor, compliance, ring, lost, points, layer, coulomb = contact
     (
         q_b, d_b, q_c, d_c, loss_b, loss_c, last, older, touched, counter, ledger,
         impulse, worn,
@@ -224,12 +264,17 @@ def march_bodies(
     u, w, tips = np.zeros(blades + 2), np.zeros(coordinates), np.zeros((blades + 1, 2))
     gaps, opened, lam = np.zeros(blades), np.zeros(blades), np.zeros(blades)
     slid, stood = np.zeros(blades), np.zeros(room_of(rotor.stand))
+    tau = np.zeros(blades)
     width = 4 if ring.kind == ELEMENTS else coordinates
     index, shape = np.zeros((blades, width), np.int64), np.zeros((blades, width))
     own, inward = np.arange(blades).reshape(blades, 1), np.full((blades, 1), -1.0)
     space = contact_space(blades, coordinates)
     layered, own_rods = worn.shape[1] > 0, layer_space(blades)
     softness = layer.soft + layer.rub * abs(speed)
+    loose, every = len(coulomb.rotor) > 0, np.ones(blades)
+    along_b, along_c = np.zeros(blades), np.zeros(coordinates)
+    friction = coulomb_space(blades * loose, coordinates * loose)
+    free_b, free_c = np.zeros_like(q_b), np.zeros_like(q_c)
     for _ in range(steps):
         now = counter[STEP] * step
         following = (counter[STEP] + 1) * step
@@ -269,7 +314,7 @@ def march_bodies(
                 active = complementarity(
                     gaps, w_rotor, compliance, index, shape, lam, opened, space
                 )
-            if active < 0:
+            if active < 0 and not loose:
                 counter[STOP] = COMPLEMENTARITY
                 return
             closing = older
@@ -277,22 +322,57 @@ def march_bodies(
                 wear(layer, softness, worn, lam, last, ledger, own_rods)
                 closed_by(older, opened, own_rods.shifted)
                 closing = own_rods.shifted
+            for j in range(blades):
+                tau[j] = mu * lam[j]
+            if loose:
+                moved = coulomb.radius * turned_by(wall, speed, now, step)
+                moved_before = coulomb.radius * turned_by(wall, speed, now - step, step)
+                free_b[:], free_c[:] = b.ahead, c.ahead
+                push_apart(rotor, casing, b, c, lam, tau, own, inward, index, shape)
+                slides_of(
+                    rotor, casing, b.ahead, c.ahead, lam, moved, own, inward, index,
+                    shape, along_b, along_c, friction.after,
+                )  # fmt: skip
+                slides_of(
+                    rotor, casing, b.d, c.d, every, moved_before, own, inward, index,
+                    shape,
+                    along_b, along_c, friction.before,
+                )  # fmt: skip
+                if active < 0 or not obeyed(mu, coulomb, lam, friction):
+                    b.ahead[:], c.ahead[:] = free_b, free_c
+                    slides_of(
+                        rotor, casing, b.ahead, c.ahead, every, moved, own, inward,
+                        index, shape, along_b, along_c, friction.slides,
+                    )  # fmt: skip
+                    active = rub(
+                        gaps, coulomb, step, index, shape, lam, tau, opened, space,
+                        friction,
+                    )  # fmt: skip
+                    if active < 0:
+                        counter[STOP] = COMPLEMENTARITY
+                        return
+                    push_apart(rotor, casing, b, c, lam, tau, own, inward, index, shape)
+                    slides_of(
+                        rotor, casing, b.ahead, c.ahead, lam, moved, own, inward, index,
+                        shape, along_b, along_c, friction.after,
+                    )  # fmt: skip
+                book_slides(lam, tau, step, mu, counter, ledger, friction)
+            else:
+                push_apart(rotor, casing, b, c, lam, tau, own, inward, index, shape)
             if lost >= 0:
                 opened[lost] = NOWHERE
-            collect(rotor, b, lam, own, inward)
-            collect(casing, c, lam, index, shape)
-            meet(rotor, b, mu)
-            meet(casing, c, mu)
-            book_forces(b, mu, ledger)
-            book_forces(c, mu, ledger)
+            book_forces(b, ledger)
+            book_forces(c, ledger)
             book_contacts(
                 space.right, space.where, active, closing, touched, counter, ledger,
                 impulse, step,
             )  # fmt: skip
             if slips_now(counter):
                 slid[:] = 0.0
-                slide(rotor, b, lam, own, inward, slid)
-                slide(casing, c, lam, index, shape, slid)
+                for part in (b.ahead, b.d):
+                    slide(rotor, part, lam, own, inward, along_b, slid)
+                for part in (c.ahead, c.d):
+                    slide(casing, part, lam, index, shape, along_c, slid)
                 for j in range(blades):
                     note_slip(slid[j], step, ledger)
         else:

@@ -35,6 +35,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     BESIDE_Y,
     OF_WHOLE,
     PULSE,
+    read_ring,
 )
 
 
@@ -47,7 +48,7 @@ class Motion(NamedTuple):
         far, J
     ahead, following : increments d_{n+1} = q_{n+1} - q_n, and q_{n+1}
     normal, drag : generalized forces, N for displacements: normal contact forces;
-        friction over mu
+        friction
     """
 
     q: Floats
@@ -248,14 +249,14 @@ def read_tips(body, values, radial, tips):
 
 @part
 def collect_on(lam, index, shape, rows, out):
-    """Compute the generalized forces out (n,) of the multipliers lam (N,), N.
+    """Compute the generalized forces out (n,) of forces on all tips, lam (N,), N.
 
     index, shape : as in `collect`
     rows : (r, n), the r coordinates that are pushed, for unit coordinates of the body
     """
     out[:] = 0.0
     for j in range(len(lam)):
-        if lam[j] > 0.0:
+        if lam[j] != 0.0:
             for a in range(index.shape[1]):
                 part = lam[j] * shape[j, a]
                 row = rows[index[j, a]]
@@ -264,56 +265,54 @@ def collect_on(lam, index, shape, rows, out):
 
 
 @part
-def collect(body, motion, lam, index, shape):
-    """Compute the generalized forces of the multipliers of all tips on a body.
+def collect(body, motion, lam, tau, index, shape):
+    """Compute the generalized forces of contact on a body.
 
-    They are written to motion.normal and, those of friction divided by mu, motion.drag.
+    They are written to motion.normal and, those of friction, motion.drag.
 
-    lam : (N,), multipliers of the tips, N
+    lam, tau : (N,), N, multipliers of the tips; friction on the casing
     index, shape : (N, w), the w radial coordinates of the body on which each tip acts,
         and their weights (-1 for the rotor, which is pushed inward)
     """
     collect_on(lam, index, shape, body.radial, motion.normal)
-    collect_on(lam, index, shape, body.tangential, motion.drag)
+    collect_on(tau, index, shape, body.tangential, motion.drag)
 
 
 @part
-def slide(body, motion, lam, index, shape, out):
-    """Compute how far tips in contact have slid along the rotation over two steps, m.
+def slide(body, increments, lam, index, shape, work, out):
+    """Compute how far tips slide along increasing theta by a body's increments, m.
 
-    The body's tangential displacement at step n + 1 less that at n - 1 is added to out
-    (N,), for tips with lam > 0.
+    The body's tangential displacement is added to out (N,), for tips with lam > 0.
 
-    lam : (N,), multipliers of the tips, N
+    increments, lam : (n,), of the body's coordinates; (N,), multipliers of the tips, N
     index, shape : as in `collect`; the rotor's weights are -1, so that the parts of
         both bodies add up to the motion of the casing relative to the tip
+    work : (r,), work space, r the number of the body's radial coordinates
     """
-    d, ahead = motion.d, motion.ahead
+    for r in range(len(work)):
+        row, total = body.tangential[r], 0.0
+        for m in range(len(increments)):
+            total += row[m] * increments[m]
+        work[r] = total
     for j in range(len(lam)):
         if lam[j] > 0.0:
-            for a in range(index.shape[1]):
-                row, total = body.tangential[index[j, a]], 0.0
-                for m in range(len(d)):
-                    total += row[m] * (ahead[m] + d[m])
-                out[j] += shape[j, a] * total
+            out[j] += read_ring(work, index, shape, j)
 
 
 @part
-def meet(body, motion, mu):
+def meet(body, motion):
     """Add the effect of contact forces to a body's increments.
 
-    The forces, motion.normal and mu motion.drag, change motion.ahead of the first
+    The forces, motion.normal and motion.drag, change motion.ahead of the first
     body.own coordinates. They act neither on those that represent a circle or an
     ellipse nor on those of the motion without contact: those of these are set to 0.
     motion.following is used as work space.
-
-    mu : friction with the sign of the speed
     """
     _, _, _, ahead, push, normal, drag = motion
     normal[body.own :] = 0.0
     drag[body.own :] = 0.0
     for m in range(len(push)):
-        push[m] = normal[m] + mu * drag[m]
+        push[m] = normal[m] + drag[m]
     apply_blocks(body.give, body.starts, push, 1.0, ahead)
 
 

@@ -1,0 +1,442 @@
+"""Set-valued friction: which tips in contact slide, which way, and which stick.
+
+Permanent sliding, which `contact` assumes, drags each tip against the rotation. Here
+each tip in contact obeys Coulomb's law. With v the tangential velocity of the casing at
+the tip less that of the tip, and tau the friction on the casing, -tau that on the tip,
+both along increasing theta,
+
+|tau| <= mu lambda,    tau = -mu lambda sgn v where v is not 0.
+
+A tip that only rotates has v = -Omega R, so that tau = mu lambda for Omega > 0, as
+with permanent sliding. v is the velocity after the step: implicit, so that a tip that
+sticks stays where it is. v dt is called the slide of a step, m.
+
+The slide of tip i is y_i, without contact forces, plus what the multipliers and the
+friction on all tips add. With v dt = v_+ - v_-, tau_R = mu lambda + tau and tau_L = mu
+lambda - tau the contact problem of the plane is linear (Pfeiffer and Glocker, Multibody
+Dynamics with Unilateral Contacts, 1996, chapter 6): for all tips
+
+g, v_+, tau_L >= 0 are complementary to lambda, tau_R, v_- >= 0.
+
+It is solved by Lemke's method (`pivoting`) for the tips that penetrate without contact
+forces, then anew with those that penetrate with them. Where the solution with permanent
+sliding obeys the law, it is kept, with the same bits.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hpcwhirl.dynamics.kernels.compiled import by_numba, kernel, part, rare
+from hpcwhirl.dynamics.kernels.contact import (
+    HEAT,
+    MET,
+    REVERSED,
+    STUCK,
+    TANGENTIAL,
+    contact_space,
+)
+from hpcwhirl.dynamics.kernels.kernel_types import CoulombSpace
+from hpcwhirl.dynamics.kernels.pivoting import (
+    APART,
+    CLOSED,
+    GOLDEN,
+    carriers,
+    solve_dense,
+)
+
+# states of a tip: clear of the casing; sticking; the casing slides past it towards
+# decreasing or increasing theta
+CLEAR, STICKS, BEHIND, AHEAD = 0, 1, 2, 3
+SLACK = 1e-9  # relative tolerance of Coulomb's law after the equations are solved anew
+
+
+@by_numba()
+def coulomb_space(points, coordinates):
+    """Return new work arrays of `rub`, for N contact points.
+
+    points, coordinates : N, or 0 for permanent sliding; number R of the ring's radial
+        coordinates
+    """
+    return CoulombSpace(
+        np.zeros((2 * points, 2 * points)),
+        np.zeros(points, np.int64),
+        np.zeros(2 * coordinates),
+        np.zeros(points),
+        np.zeros(points),
+        np.zeros(points),
+        np.zeros(points),
+        np.zeros(points),
+        np.zeros(points, np.int64),
+        np.zeros(points, np.int64),
+        contact_space(3 * points, 0),
+    )
+
+
+@part
+def respond(j, law, index, shape, space):
+    """Compute how unit forces on a tip change all gaps and slides, unless known.
+
+    Rows j and N + j of space.columns are set: the effect of a unit multiplier on tip j,
+    and of a unit of friction.
+
+    law : `kernel_types.Coulomb`
+    index, shape : (N, w), the coordinates of the ring that move each point, and weights
+    space : `kernel_types.CoulombSpace`
+    """
+    if space.have[j] == 1:
+        return
+    space.have[j] = 1
+    response, size = space.response, len(space.have)
+    half = len(response) // 2
+    for side in range(2):
+        column = space.columns[side * size + j]
+        for i in range(2 * size):
+            column[i] = law.rotor[side * size + j, i]
+        if half == 0:
+            continue
+        response[:] = 0.0
+        for a in range(index.shape[1]):
+            row, weight = law.ring[side * half + index[j, a]], shape[j, a]
+            for r in range(len(response)):
+                response[r] += weight * row[r]
+        for i in range(size):
+            for a in range(index.shape[1]):
+                at, weight = index[i, a], shape[i, a]
+                column[i] += weight * response[at]
+                column[size + i] += weight * response[half + at]
+
+
+@part
+def obeyed(mu, law, lam, space):
+    """Return whether the solution with permanent sliding obeys Coulomb's law.
+
+    It does if all tips in contact still slide with the rotation, and mu is constant.
+
+    mu : friction with the sign of the speed
+    lam : (N,), multipliers of this solution, N; space.after has its slides, m; if it is
+        kept, no tip is marked in space.state as sticking
+    """
+    if law.decay > 0.0:
+        return False
+    for j in range(len(lam)):
+        if lam[j] > 0.0 and not space.after[j] * mu < 0.0 and law.friction > 0.0:
+            return False
+    space.state[:] = CLEAR
+    return True
+
+
+@rare
+def set_table(gaps, size, unit, largest, space):
+    """Set up Lemke's table for the tips space.chosen[:size], see the module's text.
+
+    Variables are numbered as in `pivoting.set_out`, for 3 size rows: first g, v_+ and
+    tau_L, then lambda, tau_R and v_-, of all tips each. Forces are multiplied by `unit`
+    and all divided by `largest`.
+
+    gaps : (N,), m, without contact forces
+    unit, largest : m/N; m
+    """
+    table, tips, rows = space.table, len(gaps), 3 * size
+    small, right, columns = table.small, table.right, space.columns
+    for r in range(rows):
+        small[r, :rows] = 0.0
+        small[r, rows] = 1.0
+        table.held[r], table.left[r] = r, rows + r
+    table.left[rows] = 2 * rows
+    for r in range(size):
+        i = space.chosen[r]
+        right[r] = gaps[i] / largest
+        right[size + r] = space.slides[i] / largest
+        right[2 * size + r] = 0.0
+        for s in range(size):
+            j = space.chosen[s]
+            mu = space.mu[j]
+            for side in range(2):
+                at = side * tips + i
+                drag = columns[tips + j, at] / unit
+                small[side * size + r, s] = columns[j, at] / unit - mu * drag
+                small[side * size + r, size + s] = drag
+        small[size + r, 2 * size + r] = 1.0
+        small[2 * size + r, r] = 2.0 * space.mu[i]
+        small[2 * size + r, size + r] = -1.0
+    for r in range(rows):
+        share = GOLDEN * (r + 1)
+        right[r] += APART * (share - int(share))
+
+
+@rare
+def read_table(size, unit, largest, lam, space):
+    """Read each chosen tip's state and forces from the table that Lemke's method left.
+
+    lam, space.tau, space.state : (N,), out: N; N; for other tips they are 0
+    """
+    table, rows, state, tau = space.table, 3 * size, space.state, space.tau
+    lam[:] = 0.0
+    tau[:] = 0.0
+    state[:] = CLEAR
+    scale = largest / unit
+    for r in range(rows):
+        variable = table.held[r] - rows
+        if 0 <= variable < size and table.right[r] > 0.0:
+            j = space.chosen[variable]
+            lam[j], state[j] = table.right[r] * scale, STICKS
+    for r in range(rows):
+        variable, value = table.held[r], table.right[r] * scale
+        if size <= variable < 2 * size:
+            j = space.chosen[variable - size]
+            if state[j] != CLEAR:
+                state[j] = AHEAD
+        elif variable >= rows + size:
+            j = space.chosen[(variable - rows) % size]
+            if state[j] == CLEAR:
+                continue
+            if variable < rows + 2 * size:
+                tau[j] = value
+            else:
+                state[j] = BEHIND
+    for s in range(size):
+        j = space.chosen[s]
+        if state[j] != CLEAR:
+            tau[j] -= space.mu[j] * lam[j]
+
+
+@rare
+def settle_slides(gaps, size, lam, space):
+    """Solve the contact's equations anew for the states that the table has named.
+
+    Touching tips have gap 0; those that stick slide 0; the others have the friction mu
+    lambda against their slide. A tip that would pull becomes clear, one that cannot
+    stick slides, and the equations are solved again. Return whether they are regular
+    and their solution obeys the law; else lam and space.tau stay as they are.
+
+    gaps, lam : (N,), m, without contact forces; (N,), N, in and out
+    """
+    right, state, where = space.table.right, space.state, space.table.where
+    for _ in range(2 * size + 2):
+        touching, last = number_unknowns(size, space)
+        if not solve_states(gaps, touching, last, space):
+            return False
+        most, wrong, sticking = 0.0, 0, touching
+        for s in range(touching):
+            most = max(most, right[s])
+        for s in range(touching):
+            j = where[s]
+            if state[j] == STICKS:
+                drag = right[sticking]
+                sticking += 1
+                if abs(drag) > space.mu[j] * right[s] + SLACK * most:
+                    state[j] = BEHIND if drag > 0.0 else AHEAD
+                    wrong += 1
+            if right[s] < 0.0:
+                state[j] = CLEAR
+                wrong += 1
+        if wrong == 0:
+            break
+    if wrong > 0:
+        return False
+    for s in range(size):
+        lam[space.chosen[s]] = 0.0
+        space.tau[space.chosen[s]] = 0.0
+    sticking = touching
+    for s in range(touching):
+        j = where[s]
+        lam[j] = right[s]
+        space.tau[j] = slope(state[j]) * space.mu[j] * right[s]
+        if state[j] == STICKS:
+            space.tau[j] = right[sticking]
+            sticking += 1
+    return True
+
+
+@part
+def number_unknowns(size, space):
+    """List the unknown forces in space.table.where: multipliers, then friction.
+
+    Return (number of touching tips, number of unknowns). Friction on tip j, numbered N
+    + j, is unknown if it sticks.
+    """
+    where, touching = space.table.where, 0
+    for s in range(size):
+        if space.state[space.chosen[s]] != CLEAR:
+            where[touching] = space.chosen[s]
+            touching += 1
+    last = touching
+    for s in range(touching):
+        if space.state[where[s]] == STICKS:
+            where[last] = len(space.have) + where[s]
+            last += 1
+    return touching, last
+
+
+@part
+def solve_states(gaps, touching, last, space):
+    """Solve for the unknown forces of `number_unknowns`: into space.table.right.
+
+    Return whether the equations are regular.
+    """
+    matrix, right, where = space.table.small, space.table.right, space.table.where
+    tips, columns = len(gaps), space.columns
+    for r in range(last):
+        at = where[r]
+        right[r] = -gaps[at] if at < tips else -space.slides[at - tips]
+        for s in range(touching):
+            j = where[s]
+            drag = slope(space.state[j]) * space.mu[j]
+            matrix[r, s] = columns[j, at] + drag * columns[tips + j, at]
+        for s in range(touching, last):
+            matrix[r, s] = columns[where[s], at]
+    return solve_dense(matrix, right, last)
+
+
+@part
+def slope(state):
+    """Return tau / (mu lambda) of a tip that slides in a state; 0 where it sticks."""
+    if state == BEHIND:
+        return 1.0
+    if state == AHEAD:
+        return -1.0
+    return 0.0
+
+
+@part
+def open_gaps(gaps, lam, opened, space):
+    """Compute the gaps with the contact forces acting, opened (N,), m.
+
+    gaps, lam : (N,), m, without contact forces; (N,), N
+    """
+    size = len(gaps)
+    for i in range(size):
+        opened[i] = gaps[i]
+    for j in range(size):
+        if lam[j] > 0.0:
+            push, drag = space.columns[j], space.columns[size + j]
+            for i in range(size):
+                opened[i] += lam[j] * push[i] + space.tau[j] * drag[i]
+
+
+@rare
+def solve_coulomb(gaps, law, index, shape, lam, opened, space):
+    """Compute normal forces and friction of a step by Coulomb's law.
+
+    Return the number of tips in contact, or -1 if no solution was found (as of a rod
+    that jams, Painleve's paradox). Multipliers are `lam`, friction is space.tau.
+
+    Parameters
+    ----------
+    gaps : (N,), m, without contact forces
+    law, index, shape : as in `respond`
+    lam, opened : (N,), out: N, multipliers; m, gaps with the contact forces acting
+    space : `kernel_types.CoulombSpace`, with `slides` and `mu` of all tips
+    """
+    chosen, size = space.chosen, 0
+    least = 0.0
+    for j in range(len(gaps)):
+        if gaps[j] < 0.0:
+            chosen[size] = j
+            size += 1
+            least = max(least, -gaps[j])
+    for _ in range(len(gaps)):
+        largest, unit = least, 0.0
+        for s in range(size):
+            j = chosen[s]
+            respond(j, law, index, shape, space)
+            unit = max(unit, abs(space.columns[j, j]))
+            largest = max(largest, abs(space.slides[j]))
+        if unit == 0.0:
+            return -1
+        set_table(gaps, size, unit, largest, space)
+        if not carriers(3 * size, space.table):
+            return -1
+        read_table(size, unit, largest, lam, space)
+        exact = settle_slides(gaps, size, lam, space)
+        open_gaps(gaps, lam, opened, space)
+        more = size
+        for j in range(len(gaps)):
+            if opened[j] < -CLOSED * max(least, largest * APART / CLOSED):
+                chosen[more] = j
+                more += 1
+        if more == size:
+            return touching_of(lam, opened, exact=exact)
+        for s in range(size):
+            if opened[chosen[s]] < -CLOSED * least:
+                return -1
+        size = more
+    return -1
+
+
+@part
+def touching_of(lam, opened, exact):
+    """Return the number of tips with a multiplier; set their gaps to 0 if exact."""
+    active = 0
+    for j in range(len(lam)):
+        if lam[j] > 0.0:
+            active += 1
+            if exact:
+                opened[j] = 0.0
+    return active
+
+
+@part
+def coefficients(law, step, space):
+    """Set space.mu (N,) by each tip's own slide in the step before.
+
+    law, step : `kernel_types.Coulomb`; dt, s
+    """
+    for j in range(len(space.mu)):
+        space.mu[j] = law.friction
+        if law.decay > 0.0:
+            fall = math.exp(-abs(space.before[j]) / (law.decay * step))
+            space.mu[j] += (law.at_rest - law.friction) * fall
+
+
+@kernel
+def rub(gaps, law, step, index, shape, lam, tau, opened, touch, space):
+    """Compute normal forces and friction of a step by Coulomb's law.
+
+    Return the number of tips in contact, -1 without a solution. These tips, and their
+    multipliers, are listed in touch.where and touch.right.
+
+    Parameters
+    ----------
+    gaps : (N,), m, without contact forces
+    law, step : `kernel_types.Coulomb`; dt, s
+    index, shape : as in `respond`
+    lam, tau, opened : (N,), out: N, multipliers; N, friction on the casing; m, gaps
+    touch, space : `kernel_types.ContactSpace`; `CoulombSpace`, whose `slides` and
+        `before` are those of all tips
+    """
+    space.have[:] = 0
+    coefficients(law, step, space)
+    active = solve_coulomb(gaps, law, index, shape, lam, opened, space)
+    listed = 0
+    for j in range(len(lam)):
+        tau[j] = space.tau[j]
+        if lam[j] > 0.0:
+            touch.where[listed], touch.right[listed] = j, lam[j]
+            listed += 1
+    return active
+
+
+@part
+def book_slides(lam, tau, step, mu, counter, ledger, space):
+    """Enter a step's friction in the account: its heat, its impulse, tips that stick.
+
+    The work on the slide, tau (y_n + y_{n-1}) / 2, is negative: heat. y_n is the slide
+    of step n, space.after, y_{n-1} that of the step before.
+
+    lam, tau : (N,), N, multipliers; friction on the casing
+    step, mu : dt, s; friction with the sign of the speed
+    counter, ledger : of the run; entries HEAT, TANGENTIAL, MET, STUCK, REVERSED grow
+    """
+    for j in range(len(lam)):
+        if lam[j] > 0.0:
+            slid, back = space.after[j], space.before[j]
+            ledger[HEAT] += 0.5 * tau[j] * (slid + back)
+            ledger[TANGENTIAL] += tau[j] * step
+            counter[MET] += 1
+            sticks = space.state[j] == STICKS
+            counter[STUCK] += sticks
+            counter[REVERSED] += not sticks and tau[j] * mu < 0.0

@@ -1,0 +1,117 @@
+"""Bodies of a few modes, marched by the loop `bodies` without a scene."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from hpcwhirl.dynamics.bodies.timestep import recursion
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    BodiesState,
+    Contact,
+    Coulomb,
+    Layer,
+    Load,
+    ModalBody,
+    Points,
+    Ring,
+    Strides,
+    Tracks,
+    Wall,
+)
+from hpcwhirl.dynamics.kernels.oracle.bodies import march_bodies
+
+FOREVER = 10**9
+NO_LAYER = Layer(0.0, 0.0, 0.0, 0.0, 0.0, 0)
+
+
+def padded(rows, size):
+    """Return rows of modes with zeros up to a number of modes."""
+    return np.ascontiguousarray(np.pad(rows, ((0, 0), (0, size - rows.shape[1]))))
+
+
+def modal_body(omega, ratios, step, radial, tangential, *, hub=0):
+    """Return modes as a body: `radial`, `tangential` (r, m); hub: further rows read."""
+    size = -(-len(omega) // 4) * 4
+    keep, pull, give = recursion(omega, ratios, step)
+    rate = 2 * ratios * omega / (4 * step)
+    numbers = [np.pad(a, (0, size - len(a))) for a in (keep, pull, give, rate, omega)]
+    outward, along = padded(radial, size), padded(tangential, size)
+    read = np.ascontiguousarray(np.vstack([outward, np.zeros((hub, size))]).T)
+    return ModalBody(*numbers, read, outward, along)
+
+
+class Bodies:
+    """A rotor of a few modes, its tips at given angles, in a casing that may move.
+
+    omega, ratios, radial, tangential : of the rotor's modes; shapes at the tips (N, m)
+    plane : (omega, shape): one tangential mode that moves the casing under all tips
+    """
+
+    def __init__(
+        self, omega, radial, tangential, *, step, speed, radius, gap, friction,
+        at_rest=0.0, decay=0.0, ratios=None, slip="set-valued", plane=None,
+    ):  # fmt: skip
+        omega, tips = np.asarray(omega, float), len(radial)
+        ratios = np.zeros(len(omega)) if ratios is None else np.asarray(ratios, float)
+        self.rotor = modal_body(omega, ratios, step, radial, tangential, hub=2)
+        mu = friction * np.sign(speed)
+        give = self.rotor.give[: len(omega)]
+        rows = np.vstack([radial, tangential])
+        both = (rows * give) @ rows.T
+        w = np.ascontiguousarray(both[:tips, :tips] + mu * both[:tips, tips:])
+        none, moving = np.zeros((0, 0)), plane is not None
+        held, still, ring = none, none, Ring(contact.RIGID, 0, 1.0)
+        wave, weight = np.zeros(0), np.ones((tips, 1))
+        if moving:
+            wave, ring = np.array([plane[0]]), Ring(contact.WAVES, 0, 1.0)
+            held, still = np.array([[plane[1]]]), np.zeros((1, 1))
+        self.casing = modal_body(wave, 0.0 * wave, step, still, held)
+        sides = np.vstack([still, held]) if moving else none
+        passed = (sides * self.casing.give[: len(wave)]) @ sides.T if moving else none
+        self.step, self.speed, self.mu, self.gap = step, speed, mu, gap
+        loose = slip == "set-valued"
+        law = Coulomb(
+            friction, at_rest, decay, radius,
+            np.ascontiguousarray(both.T) if loose else none,
+            np.ascontiguousarray(passed) if loose else none,
+        )  # fmt: skip
+        angle = 2 * np.pi * np.arange(tips) / tips
+        points = Points(angle, angle / (2 * np.pi), np.zeros(tips), weight)
+        alone = np.zeros((1, 1)) if moving else none
+        self.contact = Contact(w, alone, ring, -1, points, NO_LAYER, law)
+        m, c = len(self.rotor.keep), len(self.casing.keep)
+        gaps = np.full(tips, gap)
+        self.state = BodiesState(
+            np.zeros(m), np.zeros(m), np.zeros(c), np.zeros(c), np.zeros(m),
+            np.zeros(max(c, 1)), gaps, gaps.copy(), np.full(tips, -2),
+            np.zeros(contact.COUNTERS, np.int64), np.zeros(contact.ENTRIES),
+            np.zeros(tips), np.zeros((3, 0)),
+        )  # fmt: skip
+        self.state.counter[contact.LAST] = -1
+
+    def march(self, steps, every=1):
+        """Take steps; return time, amplitudes of the rotor and of the casing."""
+        empty = np.zeros((0, 0))
+        tracks = Tracks(
+            np.zeros((0, 2)), *(np.zeros(0),) * 4, np.zeros((0, 1, 2)), empty,
+            np.zeros(0), empty, np.zeros((1, contact.COLUMNS)),
+            np.zeros(contact.CLOSED), empty,
+        )  # fmt: skip
+        none, flat = np.zeros(0), np.zeros(0, np.int64)
+        wall = Wall(self.gap, 0, flat, flat, *(none,) * 5, self.gap)
+        load = Load(0.0, 1.0, np.zeros(len(self.casing.keep)))
+        kept = []
+        for _ in range(0, steps, every):
+            march_bodies(
+                every, Strides(FOREVER, FOREVER), 1e9, self.step, self.speed, self.mu,
+                wall, load, self.rotor, self.casing, self.contact, self.state, tracks,
+            )  # fmt: skip
+            now = self.state.counter[contact.STEP]
+            kept.append([now * self.step, *self.state.q_b, *self.state.q_c])
+            if self.state.counter[contact.STOP] != contact.RUNNING:
+                break
+        rows, m = np.array(kept), len(self.state.q_b)
+        return SimpleNamespace(
+            time=rows[:, 0], rotor=rows[:, 1 : m + 1], casing=rows[:, m + 1 :]
+        )
