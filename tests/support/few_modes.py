@@ -4,6 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
+import hpcwhirl.dynamics.kernels.oracle.modes
+import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.dynamics.bodies.timestep import recursion
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import (
