@@ -4,17 +4,16 @@ from types import SimpleNamespace
 
 import numpy as np
 
-import hpcwhirl.dynamics.kernels.oracle.modes
-import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.dynamics.bodies.timestep import recursion
+from hpcwhirl.dynamics.bodies.turning import Outputs, Turning, body_of
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import (
+    NOTHING,
     BodiesState,
     Contact,
     Coulomb,
     Layer,
     Load,
-    ModalBody,
     Points,
     Ring,
     Strides,
@@ -27,20 +26,14 @@ FOREVER = 10**9
 NO_LAYER = Layer(0.0, 0.0, 0.0, 0.0, 0.0, 0)
 
 
-def padded(rows, size):
-    """Return rows of modes with zeros up to a number of modes."""
-    return np.ascontiguousarray(np.pad(rows, ((0, 0), (0, size - rows.shape[1]))))
-
-
 def modal_body(omega, ratios, step, radial, tangential, *, hub=0):
     """Return modes as a body: `radial`, `tangential` (r, m); hub: further rows read."""
-    size = -(-len(omega) // 4) * 4
     keep, pull, give = recursion(omega, ratios, step)
-    rate = 2 * ratios * omega / (4 * step)
-    numbers = [np.pad(a, (0, size - len(a))) for a in (keep, pull, give, rate, omega)]
-    outward, along = padded(radial, size), padded(tangential, size)
-    read = np.ascontiguousarray(np.vstack([outward, np.zeros((hub, size))]).T)
-    return ModalBody(*numbers, read, outward, along)
+    rows = Outputs(radial, tangential, np.zeros((hub, len(omega))))
+    matrices = Turning(
+        keep, pull, give, np.ones(len(omega)), omega**2, 2 * ratios * omega, NOTHING
+    )
+    return body_of(matrices, np.arange(len(omega) + 1), rows)
 
 
 class Bodies:
@@ -58,7 +51,7 @@ class Bodies:
         ratios = np.zeros(len(omega)) if ratios is None else np.asarray(ratios, float)
         self.rotor = modal_body(omega, ratios, step, radial, tangential, hub=2)
         mu = friction * np.sign(speed)
-        give = self.rotor.give[: len(omega)]
+        give = self.rotor.give
         rows = np.vstack([radial, tangential])
         both = (rows * give) @ rows.T
         w = np.ascontiguousarray(both[:tips, :tips] + mu * both[:tips, tips:])
@@ -70,7 +63,7 @@ class Bodies:
             held, still = np.array([[plane[1]]]), np.zeros((1, 1))
         self.casing = modal_body(wave, 0.0 * wave, step, still, held)
         sides = np.vstack([still, held]) if moving else none
-        passed = (sides * self.casing.give[: len(wave)]) @ sides.T if moving else none
+        passed = (sides * self.casing.give) @ sides.T if moving else none
         self.step, self.speed, self.mu, self.gap = step, speed, mu, gap
         loose = slip == "set-valued"
         law = Coulomb(
