@@ -392,7 +392,7 @@ def rides(scene: Scene, model: Model) -> bool:
     """Return whether a run with intervals integrates the casing in the rotor's frame.
 
     It is unless it consists of elements, the scheme is `paper`, or the rotor has terms
-    of rotation and its coupled modes are integrated, see `schemes.modal`.
+    of rotation and its coupled modes are integrated, see `dynamics.schemes.modal`.
     """
     scheme, apart = scene.solver.scheme, False
     if model.rotor.spin is not None:
