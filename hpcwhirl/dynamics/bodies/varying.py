@@ -242,7 +242,7 @@ class DrivenRotor:
     def responses(self, body: Body) -> Floats:
         """Return what unit contact forces add to gaps and slides at this speed, m/N.
 
-        They are those of `kernel_types.Coulomb`, (2 N, 2 N).
+        They are those of `kernels.kernel_types.Coulomb`, (2 N, 2 N).
 
         body : the kernel's arrays of the rotor
         """
