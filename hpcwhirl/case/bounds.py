@@ -142,7 +142,9 @@ def _samples(case: Case, row: Row | None) -> Iterator[Bound]:
     if beat == 1:
         return
     most = 2.0 * math.pi / (PER_PERIOD * beat * case.scene.solver.time_step)
-    line = None
+    share = None
     if row is not None:
         line = abs(float(row["line_frequency"])) if row["whirl"] != "none" else 0.0
-    yield Bound("samples", "strongest line of the centre, rad/s", most, line)
+        share = line / most
+    told = "strongest line of the centre / the highest that rows resolve"
+    yield Bound("samples", told, 1.0, share)

@@ -56,6 +56,7 @@ WORDS = {
     "branch": "up",
     "engine.casing.contact_law": "archard",
     "friction_law": "stribeck",
+    "slip": "set-valued",
     "history": "speed = 300.0",
     "engine.rotor.shaft": "cantilever",
     "engine.casing.profile": "harmonic,amplitude,phase;2.0,1e-05,0.5",
