@@ -22,6 +22,7 @@ from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.model import Model, has_waves
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.scene.kept_tables import kept_rows
 
 USUAL = 1e-4  # accuracy of the intervals if `solver.accuracy` is not given
@@ -500,11 +501,12 @@ def check_change(scene: Scene, model: Model) -> None:
 
 def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
     slowest, fastest = extremes(scene)
-    if not slowest * fastest > STANDS * fastest**2:
+    keeps = slowest * fastest > STANDS * fastest**2
+    if scene.slip == PERMANENT and not keeps:
         raise InputError(
-            "speed must keep its sign and not reach 0, where friction reverses: "
-            f"acceleration, speed_to and duration lead from {law.start:.6g} to "
-            f"{float(law.speed(scene.end_times[-1])):.6g} rad/s"
+            "speed must keep its sign and not reach 0, where friction reverses, unless "
+            "slip is set-valued: acceleration, speed_to and duration lead from "
+            f"{law.start:.6g} to {float(law.speed(scene.end_times[-1])):.6g} rad/s"
         )
     step = scene.solver.time_step
     if law.kind == "decay" and law.lasts < step:

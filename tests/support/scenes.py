@@ -218,6 +218,9 @@ TABLE = {  # scene: what is set, the schemes that march it
     "sticks, run-down": (
         STICKS | {"acceleration": -800.0, "speed_to": 1.0, "speed": 3.0}, ("general",)
     ),
+    "sticks, run-down through 0": (
+        STICKS | {"acceleration": -2500.0, "speed_to": -3.0}, ("general",)
+    ),
     "sticks, run-up, rotation": (
         FULL | STICKS | {"acceleration": 500.0, "unbalance": 5e-3}, ("modal",)
     ),

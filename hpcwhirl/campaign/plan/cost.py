@@ -296,7 +296,8 @@ def _nominal(get: Columns, share: float) -> Any:
     moving = np.not_equal(get("acceleration"), 0.0)
     moving = moving | np.not_equal(get("speed_table"), "")
     slips = np.not_equal(get("friction_law"), "constant")
-    moving = moving & ((rotations != "none") | slips)  # `general`, see `case.resolve`
+    turns = (rotations != "none") & uneven
+    moving = moving & (turns | slips)  # `general`, see `case.resolve`
     loose = np.not_equal(get("slip"), PERMANENT) & (schemes != "paper")
     schemes = np.where(moving | loose, "general", schemes)
     kinds = product(np.unique(schemes), np.unique(rotations), (False, True))

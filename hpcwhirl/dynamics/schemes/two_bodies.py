@@ -43,6 +43,7 @@ from hpcwhirl.dynamics.schemes.integrator import Balance, Integrator, nothing_ye
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.contact_laws import PERMANENT
 
 NONE = np.zeros((0, 0))
 
@@ -262,8 +263,9 @@ class TwoBodies(Integrator):
 
         now : interval that begins, in which the speed is taken as constant
         """
-        if self.scene.friction_law == "constant":
-            return
+        scene = self.scene
+        if scene.friction_law == "constant" and scene.slip == PERMANENT:
+            return  # the speed keeps its sign
         model, step, contact = self.model, self.scene.solver.time_step, self.arrays[3]
         mu = friction_with_sign(self.scene, now.speed)
         contact.compliance[:] = ring_compliance(model, step, mu)
