@@ -45,8 +45,10 @@ TABLES = {
 
 
 ALONG = {"over": "speed", "levels": 3, "words": "branch"}
+# At 500 rad/s the whirl ends after 1.2 to 2.3 s, at a time that round-off changes: in
+# 2 s it is damped or not yet, which is no fold.
 FOLDED = on_engine("mostly_damped", {
-    "scene": {"duration": 2.0},
+    "scene": {"duration": 4.0},
     "solver": {"preset": "draft"},
     "output": {"traces": "summary"},
     "sweep": {"speed": [420.0, 460.0, 500.0]},
