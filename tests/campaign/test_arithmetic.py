@@ -290,6 +290,8 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"profile_release": 1e-3, "profile_rise": 2e-3}, "profile_release must be 0 or"),
     ({"profile_release": 1e-3, "kind": "rigid"}, "the casing is no ring of harmonics"),
     ({"discretization": "file"}, "file must be named where casing.discretization"),
+    ({"slip": "set-valued", "contact_law": "archard"},
+     "casing.contact_law must be rigid where slip is set-valued, got archard"),
     ({"acceleration": 1.0, "revolutions": 9.0}, "revolutions must be 0 where the"),
     ({"acceleration": 1.0, "chaos": 50.0}, "output.chaos must be 0 where speed or gap"),
     ({"gap_closure": 1e-5, "history": "speed = 300.0"}, "history must be empty where"),

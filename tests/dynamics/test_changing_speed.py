@@ -140,7 +140,7 @@ def test_a_run_up_is_that_of_another_integrator(passage):
 def test_what_contact_causes_is_all_beside_the_motion_without_it(passage):
     judged, circle = passage.history.judged, passage.history.circle
     assert not judged.energy.any()
-    assert np.array_equal(judged.centre, circle)
+    assert np.abs(judged.centre - circle).max() < 1e-15 * np.abs(circle).max()
     march = passage.march
     at = float(
         speed.speed_at(march.scene, march.last_row * march.scene.solver.time_step)

@@ -84,11 +84,13 @@ def _dense_body(body: ModalModel | None, step: float, rows: Outputs) -> Body:
     if body is None:
         return _modal_body(None, step, rows)
     damping = body.damping_matrix()
-    left = body.mass / step**2 + damping / (2 * step)
-    right = body.mass / step**2 - damping / (2 * step)
-    inverse = np.linalg.solve(left, np.eye(len(left)))
+    left, one = body.mass / step**2 + damping / (2 * step), np.eye(len(body.mass))
+    inverse = np.linalg.solve(left, one)
+    # a product with M / dt^2 would let the energy drift by its round-off: 2e-10 of it
+    # in 20,000 steps, instead of 1e-12
+    keep = one - inverse @ (damping / step)
     matrices = Turning(
-        inverse @ right, inverse @ body.stiffness, (inverse + inverse.T) / 2,
+        keep, inverse @ body.stiffness, (inverse + inverse.T) / 2,
         body.mass, body.stiffness, damping, EMPTY,
     )  # fmt: skip
     return _one_block(matrices, rows)
