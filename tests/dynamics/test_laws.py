@@ -10,6 +10,7 @@ import itertools
 import numpy as np
 import pytest
 from alike import assert_close, assert_mirrored, assert_same_in_parts
+from extremes.laws import in_mirror
 from losses import by_differences, by_flow
 from scenes import BASE, CYCLIC, ROWS, TABLE, Scenes
 
@@ -199,31 +200,11 @@ def test_one_force_pushes_both_bodies_apart(scenes, name, scheme):
     assert_close(moved, out @ push, share)
 
 
-def mirrored(given, blades):
-    """Return the inputs of a scene in a mirror through blade 0."""
-    told = {"speed": -given.get("speed", BASE["speed"])}
-    angles = "unbalance_phase", "gravity_angle", "offset_angle"
-    for key in (*angles, "acceleration", "speed_to"):
-        if key in given:
-            told[key] = -given[key]
-    if "mistuning" in given:
-        told["mistuning"] = [given["mistuning"][-j] for j in range(blades)]
-    if "lost_blade" in given:
-        told["lost_blade"] = -given["lost_blade"] % blades
-    if "profile" in given:
-        head, *rows = given["profile"].split(";")
-        parts = [row.split(",") for row in rows]
-        rows = [f"{h},{amplitude},-{phase}" for h, amplitude, phase in parts]
-        told["profile"] = ";".join([head, *rows])
-    return told
-
-
 # rotors of a file are given for one sense of rotation; a start is drawn by the mode
 @asked("points", "start", "bearing")
 def test_a_mirrored_speed_gives_a_mirrored_motion(scenes, name, scheme):
     _, history = scenes.ended(name, scheme)
-    blades = history.blade_impulse.shape[1]
-    back = scenes.march(name, scheme, **mirrored(TABLE[name][0], blades)).run()
+    back = scenes.march(name, scheme, **in_mirror(BASE | TABLE[name][0])).run()
     assert_mirrored(history, back, 1e-7)
 
 

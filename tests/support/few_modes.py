@@ -4,11 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from hpcwhirl.dynamics.bodies.timestep import recursion
-from hpcwhirl.dynamics.bodies.turning import Outputs, Turning, body_of
+from hpcwhirl.dynamics.bodies.operators import body_of_modes
+from hpcwhirl.dynamics.bodies.turning import Outputs
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import (
-    NOTHING,
     BodiesState,
     Contact,
     Coulomb,
@@ -26,16 +25,6 @@ FOREVER = 10**9
 NO_LAYER = Layer(0.0, 0.0, 0.0, 0.0, 0.0, 0)
 
 
-def modal_body(omega, ratios, step, radial, tangential, *, hub=0):
-    """Return modes as a body: `radial`, `tangential` (r, m); hub: further rows read."""
-    keep, pull, give = recursion(omega, ratios, step)
-    rows = Outputs(radial, tangential, np.zeros((hub, len(omega))))
-    matrices = Turning(
-        keep, pull, give, np.ones(len(omega)), omega**2, 2 * ratios * omega, NOTHING
-    )
-    return body_of(matrices, np.arange(len(omega) + 1), rows)
-
-
 class Bodies:
     """A rotor of a few modes, its tips at given angles, in a casing that may move.
 
@@ -49,7 +38,8 @@ class Bodies:
     ):  # fmt: skip
         omega, tips = np.asarray(omega, float), len(radial)
         ratios = np.zeros(len(omega)) if ratios is None else np.asarray(ratios, float)
-        self.rotor = modal_body(omega, ratios, step, radial, tangential, hub=2)
+        seen = Outputs(radial, tangential, np.zeros((2, len(omega))))
+        self.rotor = body_of_modes(omega, ratios, step, seen)
         mu = friction * np.sign(speed)
         give = self.rotor.give
         rows = np.vstack([radial, tangential])
@@ -61,7 +51,8 @@ class Bodies:
         if moving:
             wave, ring = np.array([plane[0]]), Ring(contact.WAVES, 0, 1.0)
             held, still = np.array([[plane[1]]]), np.zeros((1, 1))
-        self.casing = modal_body(wave, 0.0 * wave, step, still, held)
+        seen = Outputs(still, held, np.zeros((0, len(wave))))
+        self.casing = body_of_modes(wave, 0.0 * wave, step, seen)
         sides = np.vstack([still, held]) if moving else none
         passed = (sides * self.casing.give) @ sides.T if moving else none
         self.step, self.speed, self.mu, self.gap = step, speed, mu, gap

@@ -67,8 +67,17 @@ def _modal_body(body: ModalModel | None, step: float, rows: Outputs) -> Body:
 
     body, step : the modes; None for a rigid casing, which has none; dt, s
     """
-    omega = body.omega if body else np.zeros(0)
-    ratios = body.ratios if body else np.zeros(0)
+    if body is None:
+        return body_of_modes(np.zeros(0), np.zeros(0), step, rows)
+    return body_of_modes(body.omega, body.ratios, step, rows)
+
+
+def body_of_modes(omega: Floats, ratios: Floats, step: float, rows: Outputs) -> Body:
+    """Return the time loop's arrays of uncoupled modes, a block for each.
+
+    omega, ratios, step : (n,), rad/s; (n,), damping ratios; dt, s
+    rows : what the modes move
+    """
     keep, pull, give = recursion(omega, ratios, step)
     mass, damping = np.ones(len(omega)), 2 * ratios * omega
     matrices = Turning(keep, pull, give, mass, omega**2, damping, NOTHING)
@@ -123,13 +132,19 @@ def rotor_compliance(model: Model, scene: Scene, mu: float) -> Floats:
 
     mu : friction with the sign of the speed
     """
-    step = scene.solver.time_step
     radial, tangential = contact_rows(model.rotor, model.blades)
+    moved = _moved(model, scene, radial)
+    return np.ascontiguousarray(moved @ (radial + mu * tangential).T)
+
+
+def _moved(model: Model, scene: Scene, rows: Floats) -> Floats:
+    """Return how unit forces on the rotor's modes move rows (r, m) in a step, m/N."""
     if model.rotor.spin is not None:
-        inverse = turning(model, scene, model.rotor.shapes).inverse
-        return np.ascontiguousarray(radial @ inverse @ (radial + mu * tangential).T)
-    _, _, give = recursion(model.rotor.omega, model.rotor.ratios, step)
-    return np.ascontiguousarray((radial * give) @ (radial + mu * tangential).T)
+        return np.asarray(rows @ turning(model, scene, model.rotor.shapes).inverse)
+    _, _, give = recursion(
+        model.rotor.omega, model.rotor.ratios, scene.solver.time_step
+    )
+    return rows * give
 
 
 def ring_compliance(model: Model, step: float, mu: float) -> Floats:
@@ -173,10 +188,6 @@ def coulomb_of(model: Model, scene: Scene) -> Coulomb:
         return Coulomb(0.0, 0.0, 0.0, 0.0, EMPTY, EMPTY)
     step, ring = scene.solver.time_step, EMPTY
     rows = np.vstack(contact_rows(model.rotor, model.blades))
-    if model.rotor.spin is not None:
-        moved = rows @ turning(model, scene, model.rotor.shapes).inverse
-    else:
-        moved = rows * recursion(model.rotor.omega, model.rotor.ratios, step)[2]
     if model.casing is not None and model.ring is not None:
         _, _, give = recursion(model.casing.omega, model.casing.ratios, step)
         shapes = model.casing.shapes
@@ -185,7 +196,7 @@ def coulomb_of(model: Model, scene: Scene) -> Coulomb:
     decay = 0.0 if scene.friction_law == "constant" else scene.friction_speed
     return Coulomb(
         scene.friction, scene.friction_at_rest, decay, scene.engine.rotor.radius,
-        np.ascontiguousarray((moved @ rows.T).T), ring,
+        np.ascontiguousarray((_moved(model, scene, rows) @ rows.T).T), ring,
     )  # fmt: skip
 
 

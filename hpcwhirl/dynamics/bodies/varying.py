@@ -230,14 +230,8 @@ class DrivenRotor:
         body : the kernel's arrays of the rotor
         mu : friction coefficient with the sign of the speed
         """
-        out = np.zeros((len(self.radial), len(self.radial)))
         push = self.radial + mu * self.tangential
-        for group in self.groups:
-            give = body.give[group.flat]
-            rows = self.radial[:, group.modes].swapaxes(0, 1)
-            moved = rows @ give @ push[:, group.modes].swapaxes(0, 1).swapaxes(1, 2)
-            out += moved.sum(axis=0)
-        return out
+        return self._moved(body, self.radial, push)
 
     def responses(self, body: Body) -> Floats:
         """Return what unit contact forces add to gaps and slides at this speed, m/N.
@@ -246,12 +240,21 @@ class DrivenRotor:
 
         body : the kernel's arrays of the rotor
         """
-        size = 2 * len(self.radial)
-        rows, out = np.vstack([self.radial, self.tangential]), np.zeros((size, size))
+        rows = np.vstack([self.radial, self.tangential])
+        return self._moved(body, rows, rows).T
+
+    def _moved(self, body: Body, rows: Floats, push: Floats) -> Floats:
+        """Return displacements at the end of a step by unit forces, m/N.
+
+        rows, push : (r, m), (f, m), displacements and forces in the modes
+        """
+        out = np.zeros((len(rows), len(push)))
         for group in self.groups:
-            own = rows[:, group.modes].swapaxes(0, 1)
-            moved = own @ body.give[group.flat] @ own.swapaxes(1, 2)
-            out += moved.sum(axis=0).T
+            seen, forces = (
+                part[:, group.modes].swapaxes(0, 1) for part in (rows, push)
+            )
+            moved = seen @ body.give[group.flat] @ forces.swapaxes(1, 2)
+            out += moved.sum(axis=0)
         return out
 
     def dense(self, body: Body) -> tuple[Floats, Floats, Floats]:

@@ -208,6 +208,7 @@ class DrivenSlots:
     ----------
     pace : of the interval whose waves these are
     waves : of the nodal diameters with the same number of modes, in turn
+    pushes : what unit multipliers change of these, see `_push`
     """
 
     def __init__(
@@ -294,7 +295,9 @@ class DrivenSlots:
                 for own in self.alike
             ]
             if max(waves.condition for waves in self.waves) < TOO_NEAR:
-                return
+                break
+        each = zip(self.alike, self.waves, strict=True)
+        self.pushes = [self._push(own, waves) for own, waves in each]
 
     @property
     def diameters(self) -> list[Diameter]:
@@ -370,7 +373,8 @@ class DrivenSlots:
             np.zeros(size)
             for size in (len(self.rows.energy), rows * FOUR, rows * PART, groups * FOUR)
         )
-        for own, waves in zip(self.alike, self.waves, strict=True):
+        each = zip(self.alike, self.waves, self.pushes, strict=True)
+        for own, waves, (_, push) in each:
             ahead = waves.ahead
             before = waves.shapes / (1 + ahead)[:, None]
             part = _back(waves.shapes) @ own.coriolis @ before
@@ -379,7 +383,6 @@ class DrivenSlots:
             apart = -(back + on + back * on)  # 1 - conj(z_f) z_g
             alone = np.eye(ahead.shape[1], dtype=bool)
             summed = np.where(alone, 0.0, turned / np.where(alone, 1.0, apart))
-            push = self._push(own, waves)
             given = push.conj()[:, None] @ summed
             _put_form(form, own, 0.5 * turned - summed)
             size = np.abs(1 + ahead) ** 2
@@ -390,30 +393,31 @@ class DrivenSlots:
             swirls[own.k] = (given @ push[:, :, None])[:, 0, 0].real
         return form, spin, swirl, swirls
 
-    def _push(self, own: _Alike, waves: _Waves) -> Complexes:
-        """Return the changes of waves by unit multipliers, (b, w)."""
-        more = self._more(own, waves)
-        both = np.concatenate([more, more], axis=1)
-        return np.asarray((waves.inverse @ both)[:, :, 0])
-
-    def _more(self, own: _Alike, waves: _Waves) -> Complexes:
-        """Return the changes of the modes by unit multipliers, (b, m, 1)."""
+    def _push(self, own: _Alike, waves: _Waves) -> tuple[Complexes, Complexes]:
+        """Return what unit multipliers change: modes (b, m, 1), and waves (b, w)."""
         force = (own.radial + self.mu * own.along).conj()
-        return np.asarray(waves.give @ force[:, :, None])
+        more = waves.give @ force[:, :, None]
+        both = np.concatenate([more, more], axis=1)
+        return more, (waves.inverse @ both)[:, :, 0]
 
     def put_rows(self) -> Floats:
         """Write the rotor's coefficients of the interval; return the column of W."""
         opens, blades = self.ring[0] + 0j, self.model.blades
-        for own, waves in zip(self.alike, self.waves, strict=True):
-            opens[own.k] += self._put_rows(own, waves)
+        each = zip(self.alike, self.waves, self.pushes, strict=True)
+        for own, waves, pushes in each:
+            opens[own.k] += self._put_rows(own, waves, *pushes)
         column = blade_waves(blades) @ opens[: blades // 2 + 1]
         return np.asarray(column.real)
 
-    def _put_rows(self, own: _Alike, waves: _Waves) -> Complexes:
-        """Write the coefficients of waves; return the opening by multipliers, (b,)."""
+    def _put_rows(
+        self, own: _Alike, waves: _Waves, more: Complexes, push: Complexes
+    ) -> Complexes:
+        """Write the coefficients of waves; return the opening by multipliers, (b,).
+
+        more, push : as `_push` returns them
+        """
         rows, along = self.rows, own.along[:, None]
         seen = np.stack([own.radial, own.along], axis=1) @ waves.shapes
-        more, push = self._more(own, waves), self._push(own, waves)
         moves = waves.rises * (1 + 1 / (1 + waves.ahead))[:, None]
         opened = (seen[:, 0] * push).sum(axis=1)
         _put(rows.free, own.free, waves.ahead)
