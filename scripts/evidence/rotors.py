@@ -4,8 +4,9 @@
     python scripts/evidence/rotors.py [--write] [--ross FOLDER]
 
 ROSS 2.3.0 needs an older plotly than hpcwhirl: it gets a virtual environment of its
-own, FOLDER (.venv-ross), made by the first run with pip. Both programs get the same
-elements, disks and coefficients of bearings; `rotors_of_ross.py` is what ROSS runs.
+own, FOLDER (.venv-ross), made by the first run with pip. ROSS builds the rotors of
+`rotor_table.py` and saves them (`rotors_of_ross.py`); hpcwhirl reads these files as
+`engine.shaft` does, with bearings that differ by direction.
 --write writes the page `agreement.md` of the manual. Exits 1 if a difference exceeds
 `MOST`.
 """
@@ -13,7 +14,6 @@ elements, disks and coefficients of bearings; `rotors_of_ross.py` is what ROSS r
 from __future__ import annotations
 
 import argparse
-import itertools
 import json
 import math
 import subprocess
@@ -25,6 +25,7 @@ from string import Template
 from typing import Any, NamedTuple
 
 import numpy as np
+from rotor_table import FAN, HELD, ROTORS, RPM, STEEL, disk, nelson_mcvaugh
 
 from hpcwhirl.analysis.response import moving_mass
 from hpcwhirl.case.resolve import resolve
@@ -36,8 +37,16 @@ from hpcwhirl.reduction.shaft_whirl import (
 )
 from hpcwhirl.reduction.waves import wave_lines
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.shaft_tables import text_of
-from hpcwhirl.structure.shaft import NODE, LineSupport, ShaftDisk, ShaftLine, Tube
+from hpcwhirl.scene.shaft_tables import KEPT, parsed, text_of
+from hpcwhirl.structure.shaft import (
+    GROUND,
+    NODE,
+    LineSupport,
+    ShaftDisk,
+    ShaftLine,
+    Tube,
+    line_of,
+)
 
 TOP = Path(__file__).parents[2]
 PAGE = TOP / "hpcwhirl/manual/agreement.md"
@@ -47,124 +56,6 @@ PINNED = "ross-rotordynamics==2.3.0", "plotly<6"
 MOST = 1e-4  # relative difference where the models are the same
 STIFFER = 1.0, 10.0, 100.0, 1e4  # Young's modulus of blades over steel's
 LOWEST = 6  # free motions compared at each speed
-RPM = 30 / math.pi
-STEEL = {"young": 2.11e11, "shear": 8.12e10, "density": 7810.0}
-
-
-def tube(
-    length: float, outer: float, inner: float = 0.0, **given: Any
-) -> dict[str, Any]:
-    """Return an element of constant diameters, m, as `rotors_of_ross` describes it."""
-    usual = STEEL | {"sheared": True, "rotary": True} | given
-    poisson = usual["young"] / usual["shear"] / 2 - 1
-    return {"length": length, "outer": [outer] * 2, "inner": [inner] * 2,
-            "poisson": poisson, **usual}  # fmt: skip
-
-
-def disk(node: int, mass: float, polar: float, about_diameter: float) -> dict[str, Any]:
-    """Return a rigid disk; kg, kg m^2."""
-    return {
-        "node": node,
-        "mass": mass,
-        "polar": polar,
-        "about_diameter": about_diameter,
-    }
-
-
-def bearing(node: int, **k: float) -> dict[str, Any]:
-    """Return a bearing of constant coefficients, N/m and N s/m; those of y as of x."""
-    usual = {
-        "kyy": k["kxx"],
-        "kxy": 0.0,
-        "kyx": 0.0,
-        "cxx": 0.0,
-        "cxy": 0.0,
-        "cyx": 0.0,
-    }
-    own = usual | k
-    own.setdefault("cyy", own["cxx"])
-    names = "kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"
-    return {"node": node, "rows": [[0.0, *(own[name] for name in names)]]}
-
-
-def nelson_mcvaugh(**held: float) -> dict[str, Any]:
-    """Return the rotor of Nelson and McVaugh, J. Eng. Ind. 98, 1976, without shear."""
-    places = [
-        0.0, 1.27, 5.08, 7.62, 8.89, 10.16, 10.67, 11.43, 12.7, 13.46, 16.51, 19.05,
-        22.86, 26.67, 28.7, 30.48, 31.5, 34.54, 35.81,
-    ]  # fmt: skip
-    outer = [
-        0.51, 1.02, 0.76, 2.03, 2.03, 3.3, 3.3, 2.54, 2.54, 1.27, 1.27, 1.52, 1.52,
-        1.27, 1.27, 3.81, 2.03, 2.03,
-    ]  # fmt: skip
-    inner = [0.0] * 6 + [1.52, 1.78] + [0.0] * 9 + [1.52]
-    given = {"young": 2.078e11, "shear": 8e10, "density": 7806.0, "sheared": False}
-    tubes = [
-        tube((b - a) / 100, d / 50, i / 50, **given)
-        for (a, b), d, i in zip(itertools.pairwise(places), outer, inner, strict=True)
-    ]
-    return {"tubes": tubes, "disks": [disk(4, 1.401, 0.002, 0.00136)],
-            "bearings": [bearing(node, **held) for node in (10, 14)]}  # fmt: skip
-
-
-def two_disks(*bearings: dict[str, Any]) -> dict[str, Any]:
-    """Return the rotor of Friswell and others, Dynamics of Rotating Machines, 5.9."""
-
-    def solid(d: float) -> tuple[float, float, float]:
-        mass = 7810.0 * 0.07 * math.pi / 4 * (d**2 - 0.05**2)
-        polar = mass / 8 * (d**2 + 0.05**2)
-        return mass, polar, polar / 2 + mass * 0.07**2 / 12
-
-    disks = [disk(2, *solid(0.28)), disk(4, *solid(0.35))]
-    return {"tubes": [tube(0.25, 0.05)] * 6, "disks": disks, "bearings": list(bearings)}
-
-
-FAN = [tube(0.1, 0.05) for _ in range(10)]
-HELD = [bearing(0, kxx=1e8, cxx=2e3), bearing(6, kxx=1e8, cxx=2e3)]
-SHORT = {
-    "kxx": 12.81e6, "kxy": 16.39e6, "kyx": -25.06e6, "kyy": 8.815e6, "cxx": 232.9e3,
-    "cxy": -81.92e3, "cyx": -81.92e3, "cyy": 294.9e3,
-}  # fmt: skip
-ROTORS: dict[str, dict[str, Any]] = {
-    "Nelson and McVaugh, isotropic bearings": {
-        "rotor": nelson_mcvaugh(kxx=4.378e7), "speeds": [500.0, 4000.0],
-        "unbalance": [4, 1e-4],
-    },
-    "Nelson and McVaugh, orthotropic bearings": {
-        "rotor": nelson_mcvaugh(kxx=3.503e7, kxy=-8.756e6, kyx=-8.756e6),
-        "speeds": [500.0, 4000.0], "unbalance": [4, 1e-4],
-    },
-    "Nelson and McVaugh, damped bearings": {
-        "rotor": nelson_mcvaugh(kxx=4.378e7, cxx=1752.0), "speeds": [500.0, 4000.0],
-        "unbalance": [4, 1e-4],
-    },
-    "two disks, isotropic bearings (Friswell 5.9)": {
-        "rotor": two_disks(*(bearing(node, kxx=1e6, cxx=100.0) for node in (0, 6))),
-        "speeds": [50.0, 419.0], "unbalance": [2, 1e-3],
-    },
-    "two disks, cross-coupled bearings": {
-        "rotor": two_disks(
-            bearing(0, kxx=1e6, kxy=1e5, kyx=-1e5, cxx=300.0),
-            bearing(6, kxx=1e6, kxy=1e5, kyx=-1e5, cxx=300.0),
-        ),
-        "speeds": [50.0, 419.0], "unbalance": [2, 1e-3],
-    },
-    "two disks, short journal bearings at 1500 rpm": {
-        "rotor": two_disks(bearing(0, **SHORT), bearing(6, **SHORT)),
-        "speeds": [1500 / RPM], "unbalance": [2, 1e-3],
-    },
-    "overhung fan, disk of 60 kg": {
-        "rotor": {"tubes": FAN, "disks": [disk(10, 60.0, 3.0, 1.5)], "bearings": HELD},
-        "speeds": [50.0, 300.0], "unbalance": [10, 1e-3],
-    },
-    "ROSS: rotor_example": {
-        "example": "rotor_example", "speeds": [100.0, 600.0], "unbalance": [3, 1e-3],
-    },
-    "ROSS: compressor_example, 12 seals": {
-        "example": "compressor_example", "speeds": [400.0, 900.0],
-        "unbalance": [29, 1e-3],
-    },
-}  # fmt: skip
 
 
 class Compared(NamedTuple):
@@ -182,26 +73,26 @@ class Compared(NamedTuple):
     circles: float
 
 
-def line_of_data(rotor: dict[str, Any], place: int) -> ShaftLine:
-    """Return the shaft line of plain data, with its bearings at one of their speeds."""
+def line_of_data(rotor: dict[str, Any]) -> ShaftLine:
+    """Return the shaft line of plain data, without pedestals."""
     tubes = tuple(
         Tube(
             t["length"], tuple(t["outer"]), tuple(t["inner"]), t["young"], t["density"],
             t["shear"] if t["sheared"] else math.inf, t["poisson"], t["rotary"],
-            t.get("node", -1),
         )
         for t in rotor["tubes"]
     )  # fmt: skip
     supports = tuple(
-        LineSupport(
-            NODE * b["node"],
-            -1,
-            ((0.0, *b["rows"][min(place, len(b["rows"]) - 1)][1:]),),
-        )
+        LineSupport(NODE * b["node"], GROUND, tuple(map(tuple, b["rows"])))
         for b in rotor["bearings"]
     )
     disks = tuple(ShaftDisk(**d) for d in rotor["disks"])
     return ShaftLine(tubes, disks, supports=supports)
+
+
+def line_of_file(path: Path) -> ShaftLine:
+    """Return the shaft line of a rotor that ROSS saved, as `engine.shaft` reads it."""
+    return line_of(text_of(parsed(path), path.name, KEPT))
 
 
 def circle_of(
@@ -219,8 +110,8 @@ def compared(given: dict[str, Any], theirs: dict[str, Any]) -> Compared:
     """Return how hpcwhirl and ROSS differ on one rotor."""
     node, size = given["unbalance"]
     lowest, apart, circles = [], 0.0, 0.0
+    line = line_of_file(Path(theirs["file"]))
     for place, speed in enumerate(given["speeds"]):
-        line = line_of_data(theirs["rotor"], place)
         found = [w.root for w in whirls(line, held_by(line), speed)][:LOWEST]
         other = np.array([complex(*root) for root in theirs["roots"][place]])
         near = [other[np.abs(other - root).argmin()] for root in found]
@@ -301,23 +192,25 @@ def threshold() -> tuple[float, float]:
     return float(brentq(growth, 0.9 * onset, 1.1 * onset)), onset
 
 
-def of_ross(folder: Path, given: dict[str, Any]) -> dict[str, Any]:
-    """Return what ROSS says of rotors; its environment is made if it is missing."""
+def of_ross(folder: Path, given: dict[str, Any], scratch: str) -> dict[str, Any]:
+    """Return what ROSS says of rotors; its environment is made if it is missing.
+
+    scratch : folder where it saves them
+    """
     python = folder / "bin/python"
     if not python.exists():
         venv.create(folder, with_pip=True)
         subprocess.run([python, "-m", "pip", "install", "-q", *PINNED], check=True)
-    with tempfile.TemporaryDirectory() as scratch:
-        names = [Path(scratch) / name for name in ("given.json", "found.json")]
-        names[0].write_text(json.dumps(given))
-        subprocess.run([python, THEIRS, *names], check=True, capture_output=True)
-        found: dict[str, Any] = json.loads(names[1].read_text())
-        return found
+    names = [Path(scratch) / name for name in ("given.json", "found.json")]
+    names[0].write_text(json.dumps(given))
+    subprocess.run([python, THEIRS, *names], check=True, capture_output=True)
+    found: dict[str, Any] = json.loads(names[1].read_text())
+    return found
 
 
 def criticals() -> list[tuple[str, float, float]]:
     """Return critical speeds of Nelson and McVaugh: name, own, published, rpm."""
-    line = line_of_data(nelson_mcvaugh(kxx=4.378e7), 0)
+    line = line_of_data(nelson_mcvaugh(kxx=4.378e7))
     ways = undamped_critical_speeds(line, held_by(line))
     published = {"forward": (17159, 49983, 96457), "backward": (15470, 46612, 64752)}
     return [
@@ -361,8 +254,9 @@ def main() -> int:
         "--ross", type=Path, default=TOP / ".venv-ross", metavar="FOLDER"
     )
     args = parser.parse_args()
-    found = of_ross(args.ross, ROTORS | {"fan": fan_as_disk()})
-    rows = {name: compared(one, found[name]) for name, one in ROTORS.items()}
+    with tempfile.TemporaryDirectory() as scratch:
+        found = of_ross(args.ross, ROTORS | {"fan": fan_as_disk()}, scratch)
+        rows = {name: compared(one, found[name]) for name, one in ROTORS.items()}
     page = page_of(found, rows)
     if args.write:
         PAGE.write_text(page, encoding="utf-8")

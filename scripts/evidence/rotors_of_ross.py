@@ -3,10 +3,10 @@
 
     ROSS_PYTHON scripts/evidence/rotors_of_ross.py GIVEN.json FOUND.json
 
-GIVEN: {name: {"example": function of ROSS} or {"rotor": plain data, see `described`}},
-each with "speeds" (rad/s) and "unbalance" [node, kg m]. FOUND: {name: {"rotor": plain
-data, "roots": at each speed [[growth, frequency], ...], "circles": at each speed
-[forward, backward], m}}. Bearings of the data found have a row for each speed asked.
+GIVEN: {name: {"example": function of ROSS} or {"rotor": data as in `rotor_table.py`}},
+each with "speeds" (rad/s) and "unbalance" [node, kg m]. FOUND: {name: {"file": rotor
+saved beside FOUND, "roots": at each speed [[growth, frequency], ...], "circles": at
+each speed [forward, backward], m}}.
 """
 
 from __future__ import annotations
@@ -20,45 +20,6 @@ import numpy as np
 import ross
 
 COEFFICIENTS = "kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"
-MASSES = "mxx", "myy", "mxy", "myx"
-
-
-def described(rotor: Any, speeds: list[float]) -> dict[str, Any]:
-    """Return a rotor of ROSS as plain data, its bearings at some speeds."""
-    if any(e.alpha or e.beta for e in rotor.shaft_elements):
-        raise ValueError("proportional damping of the shaft")
-    tubes = [
-        {
-            "node": int(e.n_l),
-            "length": float(e.L),
-            "outer": [float(e.odl), float(e.odr)],
-            "inner": [float(e.idl), float(e.idr)],
-            "young": float(e.material.E),
-            "shear": float(e.material.G_s),
-            "density": float(e.material.rho),
-            "poisson": float(e.material.Poisson),
-            "sheared": bool(e.shear_effects),
-            "rotary": bool(e.rotary_inertia),
-        }
-        for e in sorted(rotor.shaft_elements, key=lambda e: e.n)
-    ]
-    disks = [
-        {"node": int(d.n), "mass": float(d.m), "polar": float(d.Ip),
-         "about_diameter": float(d.Id)}
-        for d in rotor.disk_elements
-    ]  # fmt: skip
-    bearings = [
-        {"node": int(b.n), "rows": [[speed, *_row(b, speed)] for speed in speeds]}
-        for b in rotor.bearing_elements
-    ]
-    return {"tubes": tubes, "disks": disks, "bearings": bearings}
-
-
-def _row(bearing: Any, speed: float) -> list[float]:
-    """Return the eight coefficients of a bearing at a speed, as ROSS interpolates."""
-    if any(np.abs(getattr(bearing, name)).max() for name in MASSES):
-        raise ValueError("added mass of a bearing")
-    return [float(getattr(bearing, f"{n}_interpolated")(speed)) for n in COEFFICIENTS]
 
 
 def built(given: dict[str, Any]) -> Any:
@@ -87,17 +48,19 @@ def built(given: dict[str, Any]) -> Any:
             own["frequency"] = table[0].tolist()
         else:
             own = {name: values[0] for name, values in own.items()}
-        bearings.append(ross.BearingElement(n=b["node"], **own))
-    return ross.Rotor(shaft, disks, bearings)
+        bearings.append(ross.BearingElement(n=b["node"], n_link=b.get("to"), **own))
+    masses = [ross.PointMass(n=node, m=mass) for node, mass in given.get("masses", ())]
+    return ross.Rotor(shaft, disks, bearings, point_mass_elements=masses or None)
 
 
-def found_of(given: dict[str, Any]) -> dict[str, Any]:
-    """Return what ROSS says of one rotor."""
+def found_of(given: dict[str, Any], file: Path) -> dict[str, Any]:
+    """Return what ROSS says of one rotor, and save the rotor in a file."""
     rotor = (
         getattr(ross, given["example"])()
         if "example" in given
         else built(given["rotor"])
     )
+    rotor.save(file)
     speeds, (node, size) = given["speeds"], given["unbalance"]
     roots, circles = [], []
     for speed in speeds:
@@ -110,7 +73,7 @@ def found_of(given: dict[str, Any]) -> dict[str, Any]:
         x, y = np.asarray(answer).reshape(-1)[[6 * node, 6 * node + 1]]
         # X = Re(x e^{iwt}), Y = Re(y e^{iwt}): Z = f e^{iwt} + b e^{-iwt}
         circles.append([abs(x + 1j * y) / 2, abs(x - 1j * y) / 2])
-    return {"rotor": described(rotor, speeds), "roots": roots, "circles": circles,
+    return {"file": str(file), "roots": roots, "circles": circles,
             "version": ross.__version__}  # fmt: skip
 
 
@@ -118,7 +81,10 @@ def main() -> int:
     """Read rotors from one file, write what ROSS says of them into another."""
     given, found = map(Path, sys.argv[1:])
     rotors = json.loads(given.read_text())
-    answers = {name: found_of(one) for name, one in rotors.items()}
+    answers = {
+        name: found_of(one, found.with_name(f"rotor{place}.toml"))
+        for place, (name, one) in enumerate(rotors.items())
+    }
     found.write_text(json.dumps(answers))
     return 0
 

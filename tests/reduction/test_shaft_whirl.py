@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from rotor_table import nelson_mcvaugh
+from rotors import line_of_data
 
 from hpcwhirl.reduction.shaft_whirl import (
     Held,
     at_node,
     critical_speeds,
+    held_by,
     undamped_critical_speeds,
     whirl_frequencies,
     whirls,
@@ -137,31 +139,10 @@ def test_a_loss_factor_damps_each_mode_of_a_free_shaft_by_half_of_it():
         assert -whirl.growth / abs(whirl.root) == pytest.approx(0.01, rel=1e-6)
 
 
-def nelson_mcvaugh() -> ShaftLine:
-    """Return the rotor of Nelson and McVaugh (J. Eng. Ind. 98, 1976), without shear."""
-    places = [
-        0.0, 1.27, 5.08, 7.62, 8.89, 10.16, 10.67, 11.43, 12.7, 13.46, 16.51, 19.05,
-        22.86, 26.67, 28.7, 30.48, 31.5, 34.54, 35.81,
-    ]  # fmt: skip
-    outer = [
-        0.51, 1.02, 0.76, 2.03, 2.03, 3.3, 3.3, 2.54, 2.54, 1.27, 1.27, 1.52, 1.52,
-        1.27, 1.27, 3.81, 2.03, 2.03,
-    ]  # fmt: skip
-    inner = [0.0] * 6 + [1.52, 1.78] + [0.0] * 9 + [1.52]
-    tubes = tuple(
-        Tube(
-            (b - a) / 100, (d / 50,) * 2, (i / 50,) * 2, 2.078e11, 7806.0, math.inf, 0.3
-        )
-        for (a, b), d, i in zip(itertools.pairwise(places), outer, inner, strict=True)
-    )
-    return ShaftLine(tubes, (ShaftDisk(4, 1.401, 0.002, 0.00136),))
-
-
 def test_the_rotor_of_nelson_and_mcvaugh_has_its_published_critical_speeds():
     """Theirs are of a model condensed to fewer stations, up to 1.4 % higher."""
-    forward, backward = undamped_critical_speeds(
-        nelson_mcvaugh(), springs(4.378e7, 10, 14)
-    )
+    line = line_of_data(nelson_mcvaugh(kxx=4.378e7))
+    forward, backward = undamped_critical_speeds(line, held_by(line))
     rpm = np.concatenate([forward[:3], backward[:3]]) * 30 / math.pi
     published = np.array([17159, 49983, 96457, 15470, 46612, 64752])
     assert rpm == pytest.approx(published, rel=0.015)
