@@ -13,7 +13,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # NAME | order of the processor's time | COMMAND | what --pages adds
 table() {
   cat <<'END'
-tests       | 20 min  | pytest -m evidence --processor=40              |
+tests       | 40 min  | pytest --turn=all --processor=40               |
 planted     | 2 hours | python scripts/evidence/planted.py             |
 mutants     | 1 hour  | python scripts/evidence/mutants.py             | --write
 extremes    | 3 min   | python scripts/extremes/decide.py              | --write

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# The gate and all tests but the evidence (scripts/evidence.sh tests) on the wheels of
-# PyPI, those of the page in Debian's Chromium, one job under a real Slurm, then what writes by MPI-IO once more with
-# an h5py that does, under Debian's Open MPI. Tells the slowest forty and the times.
+# The gate and the tests on the wheels of PyPI, but for the evidence and those rows of
+# costly grids that are not this commit's turn (`scripts/evidence.sh tests` asks both);
+# those of the page in Debian's Chromium, one job under a real Slurm, then what writes
+# by MPI-IO once more with an h5py that does, under Debian's Open MPI. Tells the slowest
+# forty and the times.
 # shellcheck disable=SC2030,SC2031  # each part lives in a subshell of its own
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -42,9 +44,9 @@ on_wheels() (
   # First: what it compiles is in the cache for all others.
   pytest --processor=1 tests/dynamics/test_compiling.py -k "$warms"
   # a file's fixtures and servers of forks are made by one worker, not by both
-  pytest -n 2 --dist loadfile --processor=40 -m "not mpi and not evidence" -k "not $warms"
+  pytest -n 2 --dist loadfile --processor=40 --turn=commit -m "not mpi and not evidence" -k "not $warms"
   with_mark mpi
-  pytest --processor=40 -m "mpi and not evidence" "${files[@]}"  # alone: ranks need cores
+  pytest --processor=40 --turn=commit -m "mpi and not evidence" "${files[@]}"  # alone: ranks need cores
   if (system_packages "a job of Slurm" slurmctld slurmd slurm-client munge); then
     HPCWHIRL_CLUSTER=1 PATH=$PATH:/usr/sbin:/sbin pytest --processor=3 \
       tests/cluster/test_cluster.py -k "$requeued and mpirun"

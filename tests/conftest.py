@@ -12,6 +12,7 @@ import pytest
 from cluster import in_one_process
 from hypothesis import settings
 from launch import spent
+from turns import ALL, TURNS, kept, turn_of_commit
 
 from hpcwhirl.campaign.plan import learned
 from hpcwhirl.cli import main
@@ -21,6 +22,7 @@ for name in ("matplotlib.figure", "xarray"):  # with them, maps are drawn in her
     importlib.import_module(name)
 
 BEGUN = pytest.StashKey()
+TURN = pytest.StashKey()
 SPENT = {}  # {test: s}
 
 settings.register_profile("no clock", deadline=None)  # a busy machine is no failure
@@ -43,9 +45,23 @@ def _nominal(monkeypatch):
 def pytest_addoption(parser):
     told = "tell the N tests that took most of the processor, with what they started"
     parser.addoption("--processor", type=int, default=0, metavar="N", help=told)
+    told = f"""ask of grids marked `turns` one of {TURNS} parts: N, or that of the
+        commit; `all`: of the whole grids, and what is marked `evidence`, alone"""
+    parser.addoption("--turn", metavar="N|commit|all", help=told)
 
 
-def pytest_collection_modifyitems(items):
+def pytest_configure(config):
+    if turn := config.getoption("turn"):
+        numbers = {"commit": turn_of_commit, "all": lambda: ALL}
+        config.stash[TURN] = numbers.get(turn, lambda: int(turn) % TURNS)()
+
+
+def pytest_report_header(config):
+    turn = config.stash.get(TURN, ALL)
+    return [] if turn is ALL else f"turn {turn} of {TURNS} of costly grids"
+
+
+def pytest_collection_modifyitems(config, items):
     """Check that a file spells the marks by which scripts/test.sh finds it."""
     marks = {}
     for item in items:
@@ -55,6 +71,10 @@ def pytest_collection_modifyitems(items):
             if not re.search(rf"mark\.{name}\b", path.read_text()):
                 msg = f"{path} must spell mark.{name}, by which test.sh finds it"
                 raise pytest.UsageError(msg)
+    if (turn := config.stash.get(TURN, None)) is not None:
+        asked = kept(items, turn)
+        config.hook.pytest_deselected(items=[*set(items) - {*asked}])
+        items[:] = asked
 
 
 def pytest_collection_finish():

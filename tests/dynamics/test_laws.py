@@ -19,6 +19,7 @@ from hpcwhirl.case.profile import departure, shape_of
 from hpcwhirl.case.unbalance import steady_at
 from hpcwhirl.dynamics.kernels import contact
 
+pytestmark = pytest.mark.turns
 CLEAR = {"gap": 0.05}
 WIDER = 2e-6  # m
 SMOOTH = {  # a short pulse rings at all lengths

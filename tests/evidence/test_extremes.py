@@ -4,6 +4,7 @@ import pytest
 from extremes import crossed, drawn, laws, table
 from extremes.laws import Broken
 
+pytestmark = pytest.mark.turns
 QUICK = [extreme for extreme in table.TABLE if extreme.quick]
 FOLDED = [e for e in table.TABLE if e.what == "lobes" and not e.quick]
 

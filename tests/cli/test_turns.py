@@ -1,0 +1,66 @@
+"""Grids that take turns: no row is left out for long, and no law in any turn."""
+
+from dataclasses import dataclass
+
+import pytest
+import turns
+from turns import TURNS
+
+
+@dataclass(frozen=True)
+class Item:
+    """What `turns` asks of a test that pytest has collected."""
+
+    path: str
+    name: str
+    mark: str = "turns"
+
+    def get_closest_marker(self, name):
+        return name == self.mark
+
+
+def kept(items):
+    """Return the tests of each turn."""
+    return [turns.kept(items, turn) for turn in range(TURNS)]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 40])
+def test_every_row_has_its_turn_and_every_turn_a_row(count):
+    rows = [Item("a.py", f"test_law[{n}]") for n in range(count)]
+    shares = kept(rows)
+    assert all(shares)
+    assert {row for share in shares for row in share} == set(rows)
+    assert sum(map(len, shares)) < count + TURNS
+
+
+def test_a_scene_has_the_same_turn_in_every_law():
+    laws = [
+        [Item("a.py", f"test_{law}[{n}]") for n in range(40)] for law in ("one", "two")
+    ]
+    for share in kept([*laws[0], *laws[1]]):
+        one, two = (
+            {item.name.partition("[")[2] for item in share if item in law}
+            for law in laws
+        )
+        assert one == two
+
+
+def test_what_has_no_mark_is_always_asked_and_marked_tests_without_rows_take_turns():
+    plain = [Item("a.py", f"test_plain[{n}]", "slow") for n in range(9)]
+    costly = [Item("a.py", f"test_costly_{n}") for n in range(30)]
+    shares = kept(plain + costly)
+    assert all(share[: len(plain)] == plain for share in shares)
+    assert sum(len(share) - len(plain) for share in shares) == len(costly)
+
+
+def test_all_are_what_turns_leave_out_and_the_evidence():
+    tests = [Item("a.py", "test_a", mark) for mark in ("turns", "evidence", "slow")]
+    assert turns.kept(tests, turns.ALL) == tests[:2]
+
+
+@pytest.mark.parametrize(
+    ("shallow", "want"), [("false", 1234 % TURNS), ("true", 0xABCDEF12 % TURNS)]
+)
+def test_the_commit_gives_the_turn_in_a_shallow_clone_too(shallow, want):
+    answers = {turns.SHALLOW: shallow, turns.COUNT: "1234", turns.HEAD: "abcdef12"}
+    assert turns.turn_of_commit(answers.get) == want

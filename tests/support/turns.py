@@ -1,0 +1,68 @@
+"""Costly grids of tests that take turns: each commit asks a part, `TURNS` commits all.
+
+A row stays in the turn that its name gives, so that the laws of one table ask the same
+scenes in a turn and share what these have computed.
+"""
+
+import subprocess
+from pathlib import Path
+from zlib import crc32
+
+TURNS = 4
+ALL = "all"
+COUNT = "git", "rev-list", "--count", "HEAD"
+HEAD = "git", "rev-parse", "--short=8", "HEAD"
+SHALLOW = "git", "rev-parse", "--is-shallow-repository"
+ROOT = Path(__file__).parents[2]
+
+
+def turn_of_commit(ask=None):
+    """Return the turn of the commit: its number; of a shallow clone, its digest.
+
+    ask : function of the words of a command of git -> its answer
+    """
+    ask = ask or answer
+    if ask(SHALLOW) == "true":
+        return int(ask(HEAD), 16) % TURNS
+    return int(ask(COUNT)) % TURNS
+
+
+def answer(words):
+    """Return what git says of this clone."""
+    run = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
+    return run.stdout.strip()
+
+
+def asked(rows, turn):
+    """Return those of a grid's rows that are asked in a turn, one at least."""
+    own = [row for row in rows if crc32(row.encode()) % TURNS == turn]
+    return own or [rows[turn % len(rows)]]
+
+
+def kept(items, turn):
+    """Return the tests of a turn: those with the mark by `asked`, and all others.
+
+    The rows of one test are a grid; the marked tests of a file without rows are one.
+    `ALL` are the marked tests and the evidence: what a turn leaves out, at least.
+    """
+    if turn == ALL:
+        marks = "turns", "evidence"
+        return [i for i in items if any(map(i.get_closest_marker, marks))]
+    grids = {}
+    for item in items:
+        if item.get_closest_marker("turns"):
+            grid, row = grid_of(item)
+            grids.setdefault(grid, {}).setdefault(row, []).append(item)
+    chosen = {
+        item
+        for rows in grids.values()
+        for row in asked([*rows], turn)
+        for item in rows[row]
+    }
+    return [i for i in items if i in chosen or not i.get_closest_marker("turns")]
+
+
+def grid_of(item):
+    """Return the grid of a test and its row there."""
+    name, _, row = item.name.partition("[")
+    return (item.path, name) if row else (item.path, ""), row or name
