@@ -28,7 +28,7 @@ from hpcwhirl.case.profile import (
     missed_share,
     shape_of,
 )
-from hpcwhirl.case.speed import check_change, extremes
+from hpcwhirl.case.speed import check_change, extremes, law_of
 from hpcwhirl.case.unbalance import (
     check_films,
     check_unbalance,
@@ -167,7 +167,8 @@ def check_supports(model: Model, scene: Scene) -> None:
         own, row = one.support.at(scene.speed), one.rows[0] @ model.rotor.shapes
         held = 1.0 / float((row**2 / model.rotor.omega**2).sum()) + own.stiffness.real
         _check_directions(own, held, scene)
-    if is_unbalanced(scene) and (told := _ellipse_refused(spin, scheme)):
+    steady = is_unbalanced(scene) and law_of(scene) is None
+    if steady and (told := _ellipse_refused(spin, scheme)):
         raise InputError(
             f"unbalance must be 0 {told}, and lost_blade {NO_BLADE}, got "
             f"{scene.unbalance} and {scene.engine.rotor.lost_blade}"

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
-from hpcwhirl.errors import InputError, shown
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, has_waves
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import PERMANENT
@@ -489,7 +489,7 @@ def check_change(scene: Scene, model: Model) -> None:
         return
     law = law_of(scene)
     if law is not None:
-        _check_law(scene, model, law)
+        _check_law(scene, law)
     schedule = schedule_of(scene, model)
     least = schedule.least_gap(0) if schedule else scene.gap
     if not least > 0.0:
@@ -499,7 +499,7 @@ def check_change(scene: Scene, model: Model) -> None:
         )
 
 
-def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
+def _check_law(scene: Scene, law: SpeedLaw) -> None:
     slowest, fastest = extremes(scene)
     keeps = slowest * fastest > STANDS * fastest**2
     if scene.slip == PERMANENT and not keeps:
@@ -514,12 +514,4 @@ def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
             f"acceleration must be within +-{abs(law.end - law.start) / step:.6g} "
             "rad/s^2 where ramp is decay (a time constant of one time step), got "
             f"{law.rate:.6g}"
-        )
-    spin = model.rotor.spin
-    if spin is not None and not spin.is_plain:
-        table = scene.speed_table
-        got = shown(table) if table else f"{scene.acceleration:.6g}"
-        raise InputError(
-            "acceleration must be 0, and speed_table empty, where supports differ by "
-            f"direction or have a film, got {got}"
         )

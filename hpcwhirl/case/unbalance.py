@@ -203,10 +203,29 @@ def _loads(model: Model, given: tuple[complex, complex], speed: float) -> Loads:
         load += speed**2 * model.rotor.terms.released
     if weight == 0.0:
         return {0: load}
+    return {0: load, 1: _hanging(model, weight)}
+
+
+def _hanging(model: Model, weight: complex) -> Complexes:
+    """Return F, (n,), N, of the forces Re(F e^{i theta}) by the rotor's weight.
+
+    theta is the rotor's angle; weight : g_x + i g_y, m/s^2
+    """
     carried = model.rotor.mass @ translation(model.rotor, model.blades)
     if model.rotor.terms.hung is not None:
         carried = carried + [1.0, 1.0j] @ model.rotor.terms.hung
-    return {0: load, 1: carried * weight.conjugate()}
+    return np.asarray(carried * weight.conjugate())
+
+
+def weight_forces(model: Model, scene: Scene) -> Floats:
+    """Return the forces of the rotor's weight, (2, n), N, rotating frame.
+
+    They are factors of cos theta and sin theta, theta the rotor's angle.
+    """
+    if not weighs(scene):
+        return np.zeros((2, len(model.rotor.mass)))
+    found = _hanging(model, weight_of(scene))
+    return np.array([found.real, -found.imag])
 
 
 def films_of(spin: Spin) -> list[int]:

@@ -423,7 +423,6 @@ OF_SCENE = (
         ("engine.rotation",), _is_not("none"))),
     must_be(0, "gravity", Unless("where engine.rotor.centre is clamped",
         ("engine.rotor.centre",), _is_not("clamped"))),
-    must_be(0, "gravity", STEADY_TOLD),
     must_be(0, "gravity", Unless(
         "with scheme paper, whose coordinates are measured from a place that turns "
         "with the rotor", ("solver.scheme",), _is_not("paper"))),

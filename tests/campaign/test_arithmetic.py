@@ -321,8 +321,6 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"gravity": 9.81}, "gravity must be 0 where engine.rotation is none"),
     (WEIGHT | {"centre": "clamped"},
      "gravity must be 0 where engine.rotor.centre is clamped"),
-    (WEIGHT | {"acceleration": 1.0},
-     "gravity must be 0 where the speed changes (acceleration, speed_table), got 9.81"),
     (WEIGHT | {"scheme": "paper"}, "gravity must be 0 with scheme paper"),
     ({"gap_at": "rest"}, "gap_at must be speed where engine.rotation is none"),
     ({"rotation": "full", "unbalance": 1e-3, "centre": "clamped"},

@@ -157,6 +157,14 @@ TABLE = {  # scene: what is set, the schemes that march it
     "run-up, rotation, shaft": (
         FULL | SHAFT | {"acceleration": 2000.0, "unbalance": 5e-3}, ("modal",),
     ),
+    "run-up, rotation, shaft, films, weight": (
+        FULL | FILMS | WEIGHT | {"acceleration": 2000.0, "unbalance": 5e-3}, ("modal",),
+    ),
+    "run-up, rotation, supports apart, film": (
+        FULL | {"stiffness_difference": 1.2e7, "damping_difference": 1200.0,
+                "film_viscosity": 0.01, "unbalance": 5e-3, "acceleration": 2000.0},
+        ("modal",),
+    ),
     "clamped": ({"centre": "clamped"}, ("modal",)),
     "shell": (SHELL, ("modal",)),
     "elements": (ELEMENTS, ("modal", "paper")),

@@ -159,8 +159,9 @@ def circling(step: Turning, places: Floats) -> Turning:
 NONE = np.zeros((0, 0))  # for a rotor without such supports
 EMPTY, NO_NUMBERS = np.zeros(0), np.zeros(0, dtype=complex)
 ALIKE = Stand(
-    *(NONE,) * 3, *(NO_NUMBERS,) * 2, 0.0, 0.0, *(EMPTY,) * 2, *(NO_NUMBERS,) * 4
-)  # no additional forces
+    *(NONE,) * 3, *(NO_NUMBERS,) * 2, np.zeros(1), 0.0, *(EMPTY,) * 2,
+    *(NO_NUMBERS,) * 4,
+)  # fmt: skip
 
 
 class Terms(NamedTuple):
@@ -287,13 +288,49 @@ def standing(model: Model, scene: Scene, inverse: Floats, basis: Floats) -> Stan
     stiffness, damping = np.ascontiguousarray(np.array(apart, dtype=complex).T)
     return Stand(
         np.ascontiguousarray(hub), moved, np.ascontiguousarray(give), stiffness,
-        damping, scene.speed, scene.solver.time_step, film, clearance,
+        damping, np.array([scene.speed]), scene.solver.time_step, film, clearance,
         z, 1j * scene.speed * film * across * z, (x - 1j * y).conj() / 2,
         (x + 1j * y) / 2,
     )  # fmt: skip
 
 
-def added_by(stand: Stand, x: Floats, free: Floats, time: float) -> Floats:
+def driven_standing(model: Model, hub: Floats, step: float) -> Stand:
+    """Return the arrays of the supports of `standing` where the speed changes.
+
+    Those that depend on the speed are 0 until `set_standing` is called.
+
+    hub, step : (2 s, n), x, y of the supports for unit coordinates; dt, s
+    """
+    every = [one.support for one in unlike(model.rotor, model.blades)]
+    if not every:
+        return ALIKE
+    film, clearance = (np.array([getattr(own, name, 0.0) for own in every])
+                       for name in ("film", "clearance"))  # fmt: skip
+    size = len(every)
+    none = np.zeros((6, size), dtype=complex)
+    return Stand(
+        np.ascontiguousarray(hub), np.zeros_like(hub), np.zeros((2 * size,) * 2),
+        none[0], none[1], np.zeros(1), step, film, np.where(film, clearance, 1.0),
+        *none[2:],
+    )  # fmt: skip
+
+
+def set_standing(model: Model, stand: Stand, speed: float, moved: Floats) -> None:
+    """Set the arrays of supports to those of a speed, rad/s.
+
+    moved : (2 s, n), increments of the coordinates in a step by unit forces there
+    """
+    if not len(stand.hub):
+        return
+    every = [one.support.at(speed) for one in unlike(model.rotor, model.blades)]
+    size = moved.shape[1]
+    stand.speed[:], stand.moved[:, :size] = speed, moved
+    stand.give[:] = stand.hub[:, :size] @ moved.T / (2 * stand.step)
+    stand.stiffness[:] = [own.stiffness_apart for own in every]
+    stand.damping[:] = [own.damping_apart for own in every]
+
+
+def added_by(stand: Stand, x: Floats, free: Floats, angle: float) -> Floats:
     """Return what the supports add to velocities (d + d') / 2 dt of a step, (n,).
 
     A step without contact is d' = keep d - pull x + G f(x, v), v = (d + d') / 2 dt,
@@ -302,35 +339,35 @@ def added_by(stand: Stand, x: Floats, free: Floats, time: float) -> Floats:
 
     stand : the kernel's arrays of the supports
     x, free : (n,), a rotor's coordinates, and their velocities without this force
-    time : s, of x, on which the supports' directions depend in the rotating frame
+    angle : rad, of the rotor, on which the supports' directions depend in its frame
     """
-    turned, push = turned_at(stand, time), np.zeros(room_of(stand))
+    turned, push, size = turned_at(angle), np.zeros(room_of(stand)), len(x)
     for p in range(len(stand.film)):
-        place, moving = (at_support(stand.hub, p, row) for row in (x, free))
+        place, moving = (at_support(stand.hub, p, row, 0, size) for row in (x, free))
         add_support(stand, p, place, moving, turned, push)
     solve_supports(stand, push)
     return _gained(stand, push[: len(stand.hub)])
 
 
-def included_in(stand: Stand, x: Floats, v: Floats, time: float = 0.0) -> Floats:
+def included_in(stand: Stand, x: Floats, v: Floats, angle: float = 0.0) -> Floats:
     """Return what the supports have added to velocities (d + d') / 2 dt, (n,).
 
     stand : the kernel's arrays of the supports
     x, v : (n,), a rotor's coordinates, and their velocities
-    time : s, of x and v, see `added_by`
+    angle : rad, of the rotor, see `added_by`
     """
-    return _gained(stand, forces_at(stand, x, v, time))
+    return _gained(stand, forces_at(stand, x, v, angle))
 
 
-def forces_at(stand: Stand, x: Floats, v: Floats, time: float) -> Floats:
+def forces_at(stand: Stand, x: Floats, v: Floats, angle: float) -> Floats:
     """Return the supports' forces at known velocities, (2 s,), N, rotating frame.
 
-    stand, x, v, time : as in `included_in`
+    stand, x, v, angle : as in `included_in`
     """
-    turned, push = turned_at(stand, time), np.zeros(len(stand.hub))
+    turned, push, size = turned_at(angle), np.zeros(len(stand.hub)), len(x)
     for p in range(len(stand.film)):
-        held, even, drift = terms_at(stand, p, at_support(stand.hub, p, x), turned)
-        moving = at_support(stand.hub, p, v)
+        place, moving = (at_support(stand.hub, p, row, 0, size) for row in (x, v))
+        held, even, drift = terms_at(stand, p, place, turned)
         force = -held - even * moving - drift * moving.conjugate()
         push[2 * p], push[2 * p + 1] = force.real, force.imag
     return push
@@ -357,7 +394,7 @@ class SupportedSteps(CentralSteps):
         time : s, of x, on which the supports' directions depend in the rotating frame
         """
         free = super().velocities(x, d)
-        return free + added_by(self.stand, x, free, time)
+        return free + added_by(self.stand, x, free, self.stand.speed[0] * time)
 
     def increments(self, x: Floats, v: Floats, time: float = 0.0) -> Floats:
         """Return the rotor's increments d = x_n - x_{n-1}, (n,).
@@ -365,7 +402,8 @@ class SupportedSteps(CentralSteps):
         x, v : (n,), its coordinates, and their velocities
         time : s, of x, see `velocities`
         """
-        return super().increments(x, v - included_in(self.stand, x, v, time))
+        own = included_in(self.stand, x, v, self.stand.speed[0] * time)
+        return super().increments(x, v - own)
 
 
 def steps_on(stand: Stand, free: CentralSteps) -> CentralSteps:

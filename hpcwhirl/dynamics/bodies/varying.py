@@ -3,10 +3,11 @@
 M x'' + (D + 2 Omega C) x' + (K(Omega) + S) x = f - (dOmega/dt) C x + f_0, in blocks of
 modes at rest, one for each nodal diameter. The run is divided into intervals
 (`case.speed`), in which Omega is its mean. As the equation is linear, x = y + r. r is
-the motion due to f_0, the forces of the unbalance and Euler's forces on the blades; it
-begins with the circle of the unbalance at the first speed. y is the motion due to
-contact. At a constant speed r is that circle, and y the motion about it, as in
-`case.unbalance`. Both are integrated by the same scheme, see `kernels.oracle.body`.
+the motion due to f_0, the forces of the unbalance, Euler's forces on the blades and the
+weight; it begins with the steady motion at the first speed, the circle of the unbalance
+and the sag. y is the motion due to contact. At a constant speed r is that motion, and y
+the one about it, as in `case.unbalance`. Both are integrated by the same scheme, see
+`kernels.oracle.body`, and stand on the same supports, see `kernels.standing`.
 
 From one interval to the next the motion is continuous, while the matrices of its energy
 change: the change of the energy of y is entered as work of the loading.
@@ -19,6 +20,7 @@ from __future__ import annotations
 
 import cmath
 import itertools
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -26,10 +28,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats, Integers
-from hpcwhirl.case.speed import Interval
+from hpcwhirl.case.speed import Interval, angle_at
+from hpcwhirl.case.unbalance import weight_forces
 from hpcwhirl.dynamics.bodies.motion import CentralSteps
-from hpcwhirl.dynamics.bodies.turning import by_diameter
-from hpcwhirl.dynamics.kernels.kernel_types import BodiesState, Body
+from hpcwhirl.dynamics.bodies.turning import (
+    added_by,
+    by_diameter,
+    driven_standing,
+    forces_at,
+    included_in,
+    set_standing,
+    unlike_rows,
+)
+from hpcwhirl.dynamics.kernels.kernel_types import BodiesState, Body, Stand
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.supports import planar
@@ -48,22 +59,25 @@ class Loads:
     hub : (2, m), x_o, y_o for unit amplitudes of the modes
     euler, released : (m,), forces of Euler by unit -dOmega/dt; of a lost blade by unit
         Omega^2
+    weight : (2, m), of the weight, factors of cos and sin of the rotor's angle
     """
 
     moment: complex
     hub: Floats
     euler: Floats
     released: Floats
+    weight: Floats
 
     def at(self, speed: float, rate: float) -> Floats:
-        """Return f_0, (m,), at a speed, rad/s, and its rate, rad/s^2."""
+        """Return f_0 without the weight, (m,), at a speed, rad/s, and rate, rad/s^2."""
         pull = (speed**2 - 1j * rate) * self.moment
         force = np.array([pull.real, pull.imag]) @ self.hub - rate * self.euler
         return np.asarray(force + speed**2 * self.released)
 
     def moves(self) -> NDArray[np.bool_]:
         """Return which modes these forces move, (m,), but by round-off."""
-        rows = abs(self.moment) * self.hub, self.euler[None], self.released[None]
+        own = self.euler[None], self.released[None], self.weight
+        rows = abs(self.moment) * self.hub, *own
         sizes = np.abs(np.vstack(rows))
         least = LEAST * sizes.max(axis=1, keepdims=True)
         return np.asarray((sizes > least).any(axis=0))
@@ -73,9 +87,13 @@ def loads_of(model: Model, scene: Scene) -> Loads:
     """Return the forces on a rotor's modes at rest that no contact causes."""
     body, spin = model.rotor, model.rotor.terms
     none, loads = np.zeros(len(body.shapes)), (spin.swing, spin.released)
-    each = (body.shapes.T @ (none if load is None else load) for load in loads)
+    euler, released = (
+        body.shapes.T @ (none if load is None else load) for load in loads
+    )
     moment = scene.unbalance * cmath.exp(1j * scene.unbalance_phase)
-    return Loads(moment, centre_rows(body, model.blades), *each)
+    weight = weight_forces(model, scene) @ body.shapes
+    hub = centre_rows(body, model.blades)
+    return Loads(moment, hub, euler, released, weight)
 
 
 class _Group(NamedTuple):
@@ -111,8 +129,8 @@ class _Group(NamedTuple):
 class DrivenRotor:
     """A rotor at a changing speed: its modes in blocks, with arrays for any speed.
 
-    A block has the modes of one nodal diameter. f_0 are the forces of the unbalance and
-    Euler's forces on the blades.
+    A block has the modes of one nodal diameter. f_0 are the forces of the unbalance,
+    Euler's forces on the blades, and the weight.
 
     Attributes
     ----------
@@ -120,11 +138,14 @@ class DrivenRotor:
     shapes, mass : (n, m), shapes of the modes in this order; (n, n), M
     alike : (r,), indices of the modes that f_0 moves, block by block
     begun : (a + 1,), index in `alike` of the first mode of each of a blocks, and r
-    force : (m,), f_0 in the present interval of speed
+    force, weight : (m,), f_0 in the present interval of speed, without the weight; (2,
+        m), the weight by cos and sin of the rotor's angle
+    held : (2 s, m), x, y of the supports of `kernels.standing`
     """
 
     def __init__(self, model: Model, scene: Scene) -> None:
         spin, body = model.rotor.terms, model.rotor
+        self.model, self.scene = model, scene
         self.order, self.starts = by_diameter(body)
         self.step = scene.solver.time_step
         self.supports = spin.support, *(one.support for one in spin.stations)
@@ -150,6 +171,8 @@ class DrivenRotor:
         self.alike = np.concatenate(moved).astype(np.int64)
         self.begun = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
         self.force = np.zeros(len(self.order))
+        self.weight = self.loads.weight[:, self.order]
+        self.held = unlike_rows(model, self.shapes)
 
     def _grouped(self, terms: list[Floats]) -> list[_Group]:
         ends = list(itertools.pairwise(self.starts.tolist()))
@@ -212,7 +235,18 @@ class DrivenRotor:
             ):  # fmt: skip
                 array[group.flat] = value
         body.force[body.own :] = self.force[self.alike]
+        body.weight[:, body.own :] = self.weight[:, self.alike]
         body.work[:] = 0.0
+        if len(self.held):
+            moved = self._moved(body, np.eye(len(self.order)), self.held).T
+            set_standing(self.model, body.stand, speed, moved)
+            body.stand.moved[:, body.own :] = moved[:, self.alike]
+
+    def forces(self, time: float) -> Floats:
+        """Return f_0 at a time, s, (m,), in the present interval of speed."""
+        angle = float(angle_at(self.scene, time))
+        turned = np.array([math.cos(angle), math.sin(angle)])
+        return np.asarray(self.force + turned @ self.weight)
 
     def whole(self, values: Floats) -> Floats:
         """Return the sum of the motions by and without contact, y + r, amplitudes (m,).
@@ -257,16 +291,16 @@ class DrivenRotor:
             out += moved.sum(axis=0)
         return out
 
-    def dense(self, body: Body) -> tuple[Floats, Floats, Floats]:
+    def dense(self, body: Body, time: float) -> tuple[Floats, Floats, Floats]:
         """Return a step's matrices, keep and pull, and its increment by the force f_0.
 
         keep and pull are (m, m), as in `turning.Turning`, with the force -(dOmega/dt) C
         x in pull; the increment is (m,).
 
-        body : the kernel's arrays of the rotor at the present speed
+        body, time : the kernel's arrays of the rotor at the present speed; s
         """
         out = np.zeros((2, len(self.order), len(self.order)))
-        moved = np.zeros(len(self.order))
+        moved, whole = np.zeros(len(self.order)), self.forces(time)
         for group in self.groups:
             places = group.modes[:, :, None], group.modes[:, None, :]
             keep, pull, give, swerve = (
@@ -274,7 +308,7 @@ class DrivenRotor:
                 for part in (body.keep, body.pull, body.give, body.swerve)
             )
             out[0][places], out[1][places] = keep, pull + give @ swerve
-            force = self.force[group.modes][:, :, None]
+            force = whole[group.modes][:, :, None]
             moved[group.modes] = (give @ force)[:, :, 0]
         return out[0], out[1], moved
 
@@ -297,7 +331,10 @@ def driven(body: Body, rotor: DrivenRotor) -> Body:
         for rows in (body.radial, body.tangential)
     )
     force, work = np.zeros((2, int(starts[-1])))
+    hub = np.hstack([rotor.held, rotor.held[:, rotor.alike]])
     return body._replace(
+        stand=driven_standing(rotor.model, hub, rotor.scene.solver.time_step),
+        weight=np.zeros((2, len(force))),
         **blocks,
         mass=np.append(body.mass, np.zeros(size)),
         starts=starts,
@@ -326,59 +363,99 @@ class DrivenSteps:
     body: Body
     step: float
 
-    def unforced(self) -> CentralSteps:
+    def unforced(self, time: float = 0.0) -> CentralSteps:
         """Return the conversion for the motion by contact, which f_0 does not drive.
 
-        f_0 are the forces of unbalance and Euler's forces.
+        f_0 are the forces of unbalance, Euler's forces and the weight; time : s
         """
-        keep, pull, _ = self.rotor.dense(self.body)
+        keep, pull, _ = self.rotor.dense(self.body, time)
         return CentralSteps(keep, pull, self.step)
 
-    def set_out(self, state: BodiesState, v: Floats) -> None:
+    def set_out(self, state: BodiesState, v: Floats, rate: Floats) -> None:
         """Set the increments in a state from velocities, at the start of a run.
 
         The state has two parts of the motion: that which contact causes, and the motion
         without contact. Increments are changes of the amplitudes in a step.
 
         state : in and out; its amplitudes are those at the start already
-        v : (m,), velocities of the part that contact causes; those of the other part
-            are 0 at the start
+        v, rate : (m,), velocities of the part that contact causes, and of the other
         """
         own, modes = self.rotor, len(v)
-        rise = self.increments(own.whole(state.q_b), v)
-        state.d_b[:modes] = self.unforced().increments(state.q_b[:modes], v)
-        state.d_b[modes:] = (rise - state.d_b[:modes])[own.alike]
+        y, whole = state.q_b[:modes], own.whole(state.q_b)
+        state.d_b[:] = self._rises((y, whole - y, v, v + rate), 0.0)
 
-    def carry(self, state: BodiesState, parts: tuple[Floats, ...]) -> None:
+    def carry(self, state: BodiesState, parts: tuple[Floats, ...], time: float) -> None:
         """Set a state to a motion by contact and one without it.
 
         parts : y, r, (n,), m, displacements by contact and without it, and y', x',
             (n,), m/s, velocities by contact and of the whole motion x = y + r
+        time : s
         """
         own = self.rotor
         lower = own.shapes.T @ own.mass
         y, r, rate, whole = (lower @ part for part in parts)
         state.q_b[:] = np.concatenate([y, r[own.alike]])
-        rise, all_rise = (
-            self.unforced().increments(y, rate),
-            self.increments(y + r, whole),
-        )
-        state.d_b[:] = np.concatenate([rise, (all_rise - rise)[own.alike]])
+        state.d_b[:] = self._rises((y, r, rate, whole), time)
 
-    def velocities(self, x: Floats, d: Floats, _: float = 0.0) -> Floats:
+    def _rises(self, parts: tuple[Floats, ...], time: float) -> Floats:
+        """Return the increments of a state; parts, time : as in `carry`, in modes."""
+        (y, r, rate, whole), stand = parts, self._stand
+        free, angle = rate, self._angle(time)
+        if len(stand.hub):
+            beside = forces_at(stand, r, whole - rate, angle)
+            push = forces_at(stand, y + r, whole, angle) - beside
+            free = rate - push @ stand.moved / (2 * self.step)
+        rise = self.unforced(time).increments(y, free)
+        all_rise = self.increments(y + r, whole, time)
+        return np.concatenate([rise, (all_rise - rise)[self.rotor.alike]])
+
+    @property
+    def _stand(self) -> Stand:
+        """The supports' arrays of the rotor's own modes."""
+        stand, size = self.body.stand, len(self.rotor.order)
+        parts = stand.hub[:, :size], stand.moved[:, :size]
+        hub, moved = map(np.ascontiguousarray, parts)
+        return stand._replace(hub=hub, moved=moved)
+
+    def _angle(self, time: float) -> float:
+        return float(angle_at(self.rotor.scene, time))
+
+    def by_contact(self, state: BodiesState, time: float) -> tuple[Floats, Floats]:
+        """Return displacements y and velocities y', (m,), of the motion by contact.
+
+        state, time : amplitudes and increments; s
+        """
+        size = len(self.rotor.order)
+        y, d = state.q_b[:size], state.d_b[:size]
+        free = self.unforced(time).velocities(y, d)
+        if not len(self.body.stand.hub):
+            return y, free
+        x, rise = self.rotor.whole(state.q_b), self.rotor.whole(state.d_b)
+        whole, beside = (
+            self.velocities(*part, time) for part in ((x, rise), (x - y, rise - d))
+        )
+        return y, whole - beside
+
+    def velocities(self, x: Floats, d: Floats, time: float = 0.0) -> Floats:
         """Return the rotor's velocities, (m,), from the state of its modes.
 
         x, d : (m,), amplitudes, and their increments x_n - x_{n-1} in the last step
+        time : s, of x
         """
-        keep, pull, moved = self.rotor.dense(self.body)
+        keep, pull, moved = self.rotor.dense(self.body, time)
         free = CentralSteps(keep, pull, self.step).velocities(x, d)
-        return np.asarray(free + moved / (2 * self.step))
+        free, stand = free + moved / (2 * self.step), self._stand
+        if not len(stand.hub):
+            return np.asarray(free)
+        return np.asarray(free + added_by(stand, x, free, self._angle(time)))
 
-    def increments(self, x: Floats, v: Floats, _: float = 0.0) -> Floats:
+    def increments(self, x: Floats, v: Floats, time: float = 0.0) -> Floats:
         """Return the rotor's last increments x_n - x_{n-1}, (m,), in its modes.
 
-        x, v : (m,), amplitudes, and their velocities
+        x, v, time : (m,), amplitudes, and their velocities; s, of x
         """
-        keep, pull, moved = self.rotor.dense(self.body)
-        less = v - moved / (2 * self.step)
+        keep, pull, moved = self.rotor.dense(self.body, time)
+        less, stand = v - moved / (2 * self.step), self._stand
+        if len(stand.hub):
+            less = less - included_in(stand, x, v, self._angle(time))
         return CentralSteps(keep, pull, self.step).increments(x, less)

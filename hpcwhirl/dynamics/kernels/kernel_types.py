@@ -244,6 +244,7 @@ def check_places(kernel: str, size: int, places: dict[str, Integers]) -> None:
 
 
 NOTHING, NO_MODES = np.zeros(0), np.zeros(0, dtype=np.int64)
+WEIGHTLESS = np.zeros((2, 0))
 
 
 class Points(NamedTuple):
@@ -491,7 +492,7 @@ class Stand(NamedTuple):
     moved : (2 s, n), increment of the coordinates in a step by a unit force there
     give : (2 s, 2 s), change of the supports' velocities by unit forces, m/(N s)
     stiffness, damping : (s,), k_d, N/m; c_d, N s/m, see `reduction.supports`
-    speed, step : Omega, rad/s; dt, s
+    speed, step : (1,), Omega, rad/s; dt, s
     film, clearance : (s,), c_0, N s/m, and c, m, of a squeeze film; 0, 1 if it has none
     circle : (s,), z_s, m, displacement of an unbalanced rotor there without contact
     balance : (s,), N, i Omega (c_t - c_0) z_s, with which the circle is in equilibrium
@@ -504,7 +505,7 @@ class Stand(NamedTuple):
     give: Floats
     stiffness: Complexes
     damping: Complexes
-    speed: float
+    speed: Floats
     step: float
     film: Floats
     clearance: Floats
@@ -522,7 +523,7 @@ class Body(NamedTuple):
 
     At a changing speed, see `bodies.varying`, the amplitudes of the first `own` modes
     are those of y, the motion that contact causes; the further ones are those of the
-    motion without contact, mode by mode.
+    motion without contact, r, mode by mode.
 
     Attributes
     ----------
@@ -543,6 +544,8 @@ class Body(NamedTuple):
         constant speed
     force : (n,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes;
         (0,) at constant speed
+    weight : (2, n), N/sqrt(kg), of gravity, by cos and sin of the rotor's angle, 0 on
+        the first modes; (2, 0) at constant speed
     work : (n,), N/sqrt(kg), work space for the forces of the present step
     alike : (n - own,), for each further mode, the index of the same mode among the
         first `own`
@@ -565,6 +568,7 @@ class Body(NamedTuple):
     still: Floats = NOTHING
     swerve: Floats = NOTHING
     force: Floats = NOTHING
+    weight: Floats = WEIGHTLESS
     work: Floats = NOTHING
     alike: Integers = NO_MODES
     blocks: int = 0

@@ -23,6 +23,11 @@ c_m = c_t + c_d |z/c|^2, c_t = c_0 / (1 - |z/c|^2)^{3/2}, c_d = 3/2 c_0 / (...)^
 The sag z_g e^{-i Omega t} by the rotor's weight belongs to z, but does not move in the
 static frame: its i Omega z_g is subtracted from the velocity that the film damps.
 
+At a changing speed the motion is the sum of y and of r, the motion without contact, see
+`bodies.varying`: then z is that of both, z_s = z_g = 0, and Omega that of the interval.
+The angle theta stands for Omega t. The supports' forces on r are those on r alone, with
+which it moves as without any contact; those on y complete them to those on y + r.
+
 The equations (1 + E W) f = r of s supports have W (2 s, 2 s), the velocities by unit
 forces, and E, a block of damping for each support. They are solved without exchange of
 rows: each leading block 1 + E_k W_kk is regular, as W_kk > 0 and E_k >= 0.
@@ -48,15 +53,17 @@ CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this va
 
 
 @kernel
-def at_support(hub, p, values):
+def at_support(hub, p, values, first, last):
     """Return the displacement x + i y of a rotor at a support, m, rotating frame.
+
+    It is that by coordinates first .. last - 1.
 
     hub : (2 s, n), x, y of each support for unit coordinates of a body
     p : number of the support
     values : (n,), these coordinates; or their increments, for the increment there
     """
     x, y = 0.0, 0.0
-    for m in range(hub.shape[1]):
+    for m in range(first, last):
         x += hub[2 * p, m] * values[m]
         y += hub[2 * p + 1, m] * values[m]
     return complex(x, y)
@@ -106,12 +113,11 @@ def answer(give, held, moving, even, drift):
 
 
 @kernel
-def turned_at(own, time):
-    """Return e^{-i Omega t}, of the static frame's directions in the rotating frame.
+def turned_at(angle):
+    """Return e^{-i theta}, of the static frame's directions in the rotating frame.
 
-    own, time : `kernel_types.Stand`; t, s
+    angle : theta, rad, of the rotor: Omega t at a constant speed
     """
-    angle = own.speed * time
     return complex(math.cos(angle), -math.sin(angle))
 
 
@@ -127,9 +133,8 @@ def terms_at(own, p, place, turned):
     turned : e^{-i Omega t} at the time at which the supports' directions are taken
     """
     lost, stiff, twice = own.damping[p], own.stiffness[p], turned * turned
-    spring = complex(
-        stiff.real + own.speed * lost.imag, stiff.imag - own.speed * lost.real
-    )
+    speed = own.speed[0]
+    spring = complex(stiff.real + speed * lost.imag, stiff.imag - speed * lost.real)
     held, drift = twice * spring * place.conjugate(), twice * lost
     even, film = 0.0, own.film[p]
     if film > 0.0:
@@ -138,12 +143,12 @@ def terms_at(own, p, place, turned):
         near = scaled(whole, 1.0 / own.clearance[p])
         square = near.real**2 + near.imag**2
         across, apart = film_at(square)
-        turns = own.speed * film * across
+        turns = speed * film * across
         held += complex(-turns * whole.imag, turns * whole.real) - own.balance[p]
         if square > CLOSED:
             near = scaled(near, math.sqrt(CLOSED / square))
         even = film * (across + apart * (near.real**2 + near.imag**2))
-        along, still = scaled(near * near, film * apart), scaled(lift - sag, own.speed)
+        along, still = scaled(near * near, film * apart), scaled(lift - sag, speed)
         beyond = complex(-still.imag, still.real)
         held += scaled(beyond, even) + along * beyond.conjugate()
         drift += along
@@ -208,9 +213,27 @@ def solve_supports(own, push):
 
 @kernel
 def room_of(own):
-    """Return the size of `push` of `add_support`; own : `kernel_types.Stand`."""
+    """Return the size of `push` of `add_support`, and room for further (2 s,) forces.
+
+    own : `kernel_types.Stand`
+    """
     size = len(own.give)
-    return size + size * size
+    return size + size * size + size
+
+
+@inlined
+def set_aside(own, push):
+    """Copy the forces of s supports to the end of `push`, where they are kept."""
+    size = len(own.give)
+    for c in range(size):
+        push[size + size * size + c] = push[c]
+
+
+@inlined
+def aside_of(own, push, c):
+    """Return entry c of the forces that `set_aside` has kept, N."""
+    size = len(own.give)
+    return push[size + size * size + c]
 
 
 @inlined
@@ -225,7 +248,7 @@ def turned_by_steps(support, number, turned):
     after = number % size
     if turned[2] != number - after:
         stand = support.stand
-        whole = turned_at(stand, (number - after) * stand.step)
+        whole = turned_at(stand.speed[0] * ((number - after) * stand.step))
         turned[0], turned[1], turned[2] = whole.real, whole.imag, number - after
     return complex(turned[0], turned[1]) * complex(
         support.turns[2 * after], support.turns[2 * after + 1]
@@ -319,29 +342,57 @@ def hold_shaft(support, q, number, turned, before, push):
 
 
 @part
-def stand(body, motion, time, force):
+def stand(body, motion, angle, force):
     """Compute the forces of supports on the rotor; add their effect to a step.
 
     The increments due to it are added to motion.ahead and motion.following, the
-    predicted step without contact.
+    predicted step without contact. At a changing speed the forces on the motion without
+    contact, r, are those on r alone; those on y complete them to those on y + r.
 
     body, motion : `kernel_types.Body`; `oracle.body.Motion`
-    time : s, at which the supports' directions are taken
-    force : (room,), N, out, rotating frame, see `add_support`
+    angle : rad, of the rotor, at which the supports' directions are taken
+    force : (room,), N, out, rotating frame: those on y, see `add_support`
     """
-    own = body.stand
+    own, turned = body.stand, turned_at(angle)
     if len(own.hub) == 0:
         return
-    q, d, _, ahead, following, _, _ = motion
-    turned, twice = turned_at(own, time), 2.0 * own.step
+    last = own.hub.shape[1]
+    first = min(body.own, last)
+    if first < last:
+        press_supports(own, motion, turned, first, last, force)
+    set_aside(own, force)
+    press_supports(own, motion, turned, first - first, last, force)
+    if first < last:
+        for c in range(len(own.hub)):
+            force[c] -= aside_of(own, force, c)
+        yield_to(own, motion, first, last, len(own.give) * (1 + len(own.give)), force)
+    yield_to(own, motion, first - first, first, 0, force)
+
+
+@inlined
+def press_supports(own, motion, turned, first, last, force):
+    """Compute the forces of supports on coordinates first .. last - 1 of a rotor.
+
+    own, motion, force : `kernel_types.Stand`; as in `stand`
+    turned : e^{-i theta}
+    """
+    q, d, _, ahead, _, _, _ = motion
     for p in range(len(own.film)):
-        moving = (at_support(own.hub, p, d) + at_support(own.hub, p, ahead)) / twice
-        add_support(own, p, at_support(own.hub, p, q), moving, turned, force)
+        place = at_support(own.hub, p, q, first, last)
+        moved = at_support(own.hub, p, d, first, last)
+        moving = (moved + at_support(own.hub, p, ahead, first, last)) / (2.0 * own.step)
+        add_support(own, p, place, moving, turned, force)
     solve_supports(own, force)
-    for m in range(own.hub.shape[1]):
+
+
+@inlined
+def yield_to(own, motion, first, last, at, force):
+    """Add the effect of the supports' forces, force[at:], to coordinates of a rotor."""
+    _, _, _, ahead, following, _, _ = motion
+    for m in range(first, last):
         change = 0.0
         for c in range(len(own.hub)):
-            change += own.moved[c, m] * force[c]
+            change += own.moved[c, m] * force[at + c]
         ahead[m] += change
         following[m] += change
 
@@ -353,7 +404,9 @@ def yielded(body, motion, force):
     force : (room,), N, as `stand` has set it
     """
     own = body.stand
+    last = min(body.own, own.hub.shape[1])
     for p in range(len(own.film)):
-        both = at_support(own.hub, p, motion.d) + at_support(own.hub, p, motion.ahead)
+        both = at_support(own.hub, p, motion.d, 0, last)
+        both += at_support(own.hub, p, motion.ahead, 0, last)
         x, y = force[2 * p], force[2 * p + 1]
         motion.loss[0] -= 0.5 * (x * both.real + y * both.imag)

@@ -15,7 +15,12 @@ from scipy.linalg import circulant
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.case.speed import Interval, angle_at, law_of
-from hpcwhirl.case.unbalance import circle, share_at_start
+from hpcwhirl.case.unbalance import (
+    missing_at_start,
+    share_at_start,
+    steady_at,
+    steady_rates,
+)
 from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, amplitudes, lowering
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_under, wears
 from hpcwhirl.dynamics.bodies.turning import added_by, included_in
@@ -61,7 +66,7 @@ from hpcwhirl.dynamics.waves.flights import LONGEST, can_fly
 from hpcwhirl.dynamics.waves.free_motion import FreeMotion
 from hpcwhirl.dynamics.waves.free_waves import free_slots
 from hpcwhirl.dynamics.waves.mode_waves import mode_waves
-from hpcwhirl.dynamics.waves.point_supports import slot_support
+from hpcwhirl.dynamics.waves.point_supports import NO_SLOT, slot_support
 from hpcwhirl.dynamics.waves.slot_waves import (
     PART,
     SlotPlaces,
@@ -295,6 +300,7 @@ def _laid(model: Model, rotor: SlotWaves, ring: SlotWaves, *, flies: bool) -> La
 
 Hub = tuple[Integers, Floats]
 FIXED_PLACES = 5  # first fields of `SlotDrive`, which no speed changes
+HELD = "places", "moves", "nudge", "gives", "gaps", "slides", "swirl", "swirls"
 
 
 def _with(driven: DrivenSlots, drive: SlotDrive) -> Hub:
@@ -420,9 +426,10 @@ class EqualWaves(Integrator):
         hub : waves that move the centre, at a constant speed
         """
         rows = self._own_rows(model, scene, beat)
-        held = slot_support(model, scene, self.diameters, self.steady, self.at)
-        self.driven, drive = None, NO_DRIVE
-        if self.drives and isinstance(rows, SlotRows):
+        self.driven, drive, held = None, NO_DRIVE, NO_SLOT
+        if not self.drives:
+            held = slot_support(model, scene, self.diameters, self.steady, self.at)
+        elif isinstance(rows, SlotRows):
             self.driven = DrivenSlots(model, scene, self.at, rows, self.ring)
             drive = self.driven.drive()
             hub = _with(self.driven, drive)
@@ -527,12 +534,30 @@ class EqualWaves(Integrator):
         moved = zip(*(own.motion.read(w) for own, w in pairs), strict=True)
         q, rate = (self._of_modes(list(part)) for part in moved)
         stand, step = self.arrays.rotor.support.stand, self.scene.solver.time_step
-        if len(stand.hub):
-            rate = rate + added_by(stand, q, rate, steps * step)
-        still, moving = self._orbit(a[len(a) - len(self.steady) :, 1])
         if self.driven:
-            still, moving = self.driven.motion(state.rotor)
+            return self._driven_motion(self.driven, state, steps, (q, rate))
+        if len(stand.hub):
+            rate = rate + added_by(stand, q, rate, self.scene.speed * (steps * step))
+        still, moving = self._orbit(a[len(a) - len(self.steady) :, 1])
         return q + still, rate + moving
+
+    def _driven_motion(
+        self,
+        driven: DrivenSlots,
+        state: CyclicState,
+        steps: int,
+        own: tuple[Floats, Floats],
+    ) -> tuple[Floats, Floats]:
+        """Return modes and velocities, (m,) each, at a changing speed.
+
+        own : those of the motion by contact, without the supports' forces in the step
+        """
+        angle = float(angle_at(self.scene, steps, self.scene.solver.time_step))
+        still, moving = driven.motion(state.rotor, angle)
+        q, rate = own[0] + still, own[1] + moving
+        if len(driven.stand.hub):
+            rate = rate + added_by(driven.stand, q, rate, angle)
+        return q, rate
 
     def _of_modes(self, places: list[Complexes]) -> Floats:
         """Return amplitudes of all modes at rest, (m,), from those by diameter."""
@@ -583,6 +608,8 @@ class EqualWaves(Integrator):
         stand = self.arrays.rotor.support.stand
         if len(stand.hub):
             rate = rate - included_in(stand, q, rate)
+        if self.driven:
+            rate = rate - self._stood(self.driven, q, rate)
         a, before = np.zeros(self.rotor.there.shape, dtype=complex), []
         for own in self.diameters:
             parts = (modes_of(self.model, own.k, x) for x in (q, rate))
@@ -637,8 +664,8 @@ class EqualWaves(Integrator):
         nothing_booked(state, exact=scene.solver.flies)
         own, rise = self._begun
         if self.driven:
-            own = self._circle()
-            self.driven.put_beside(state.rotor, own, 0.0 * own)
+            own, rise = self._steady_start()
+            self.driven.put_beside(state.rotor, own, rise)
         before = self._set_rotor(state, now.rotor - own, now.rotor_rate - rise)
         casing = self._set_ring(state, now.casing, now.casing_rate)
         self.set_seen(state)
@@ -740,27 +767,39 @@ class EqualWaves(Integrator):
         rotor, contacts = self.arrays.rotor, self.arrays.contact
         contacts.column[:] = driven.put_rows()
         drive = driven.drive()
-        for name in drive._fields[FIXED_PLACES:]:
+        for name in drive._fields[FIXED_PLACES:-1]:
             getattr(rotor.drive, name)[:] = getattr(drive, name)
+        for name in HELD:  # its other fields are the same, or changed in place
+            getattr(rotor.drive.held, name)[:] = getattr(drive.held, name)
         rotor.hub[:] = _with(driven, drive)[1]
         if contacts.rods.w.size:
             contacts.rods.w[:] = circulant(contacts.column)
         for space in self._made:
             renew(space.solver, self.model.blades, contacts.column)
 
-    def _circle(self) -> Floats:
-        """Return the circle of an unbalance at the first speed, modes (m,)."""
-        body, places = self.model.rotor, circle(self.model, self.scene)
-        if places is None:
-            return np.zeros(len(body.omega))
-        return np.asarray(body.shapes.T @ body.mass @ places)
+    def _steady_start(self) -> tuple[Floats, Floats]:
+        """Return the steady motion of the first speed at time 0, modes (m,) each."""
+        body, given = self.model.rotor, (self.model, self.scene, 0.0)
+        lower = body.shapes.T @ body.mass
+        return lower @ steady_at(*given), lower @ steady_rates(*given)
+
+    def _stood(self, driven: DrivenSlots, q: Floats, rate: Floats) -> Floats:
+        """Return what supports add to velocities of a motion by contact at time 0.
+
+        q, rate : (m,), that motion, beside the steady one
+        """
+        if not len(driven.stand.hub):
+            return 0.0 * rate
+        still, moving = self._steady_start()
+        whole = included_in(driven.stand, still + q, moving + rate)
+        return whole - included_in(driven.stand, still, moving)
 
     def _set_out(self, driven: DrivenSlots, state: CyclicState) -> None:
-        """Set a run that starts at rest, with the circle of an unbalance."""
-        still = self._circle()
-        driven.put_beside(state.rotor, still, 0.0 * still)
-        less = (share_at_start(self.model, self.scene) - 1.0) * still
-        self._set_rotor(state, less, 0.0 * less)
+        """Set a run that starts at rest, with the steady motion of the first speed."""
+        body, less = self.model.rotor, missing_at_start(self.model, self.scene)
+        lower = body.shapes.T @ body.mass
+        driven.put_beside(state.rotor, *self._steady_start())
+        self._set_rotor(state, *(lower @ part for part in less))
         self.set_seen(state)
         state.ledger[contact.PULSE] = state.sums_c[0] = state.sums_c[TURNING] = 0.0
 

@@ -8,8 +8,8 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, law_of
 from hpcwhirl.case.unbalance import (
     circle,
+    has_steady,
     missing_at_start,
-    share_at_start,
     steady_at,
     steady_rates,
 )
@@ -102,6 +102,8 @@ class _Driven(TwoBodies):
     unbalance and changing speed, see `dynamics.bodies.varying`.
 
     moves : whether the run starts from a motion, not at rest in the rotating frame
+    still : (n,), (n,), displacement and velocity of the motion without contact at the
+        start
     """
 
     drives = True
@@ -115,23 +117,23 @@ class _Driven(TwoBodies):
         held = Coordinates(self.steps, own.shapes, lambda: own.shapes.T @ mass, none)
         both = held, modal_coordinates(model.casing, step)
         super().__init__(model, scene, plain._replace(rotor=body), both)
-        self.steady = circle(model, scene)
-        if self.steady is not None:
-            still = held.lower() @ self.steady
-            less = (share_at_start(model, scene) - 1.0) * still
+        self.still = steady_at(model, scene, 0.0), steady_rates(model, scene, 0.0)
+        if has_steady(scene):
+            still = held.lower() @ self.still[0]
+            less = held.lower() @ missing_at_start(model, scene)[0]
             first = np.concatenate([less, still[own.alike]])
             self.put_on_circle(first, 0.0 * first)
 
-    def aside(self, time: float) -> tuple[Floats, Floats]:
-        """Return the circle of the unbalance, which the motion without contact has."""
-        places, rate = super().aside(time)
-        return (places if self.steady is None else self.steady), rate
+    def aside(self, _: float) -> tuple[Floats, Floats]:
+        """Return the motion without contact at the start, see `TwoBodies.aside`."""
+        return self.still
 
     def begin(self, motion: Motion) -> bool:
         """Start from a given motion, written into the state at angle 0; return True."""
-        state = self.state
+        state, lower = self.state, self.held[0].lower()
         super().begin(motion)
-        self.steps.set_out(state, self.held[0].lower() @ motion.rotor_velocity)
+        rate = lower @ self.still[1]
+        self.steps.set_out(state, lower @ motion.rotor_velocity - rate, rate)
         self.moves = True
         state.ledger[PULSE] = self.balance(state).energy
         return True
@@ -156,7 +158,8 @@ class _Driven(TwoBodies):
         if not state:
             return
         if state.counter[STEP] == 0 and not self.moves:  # at rest
-            self.steps.set_out(state, np.zeros(len(self.own.order)))
+            lower, less = self.held[0].lower(), missing_at_start(self.model, self.scene)
+            self.steps.set_out(state, lower @ less[1], lower @ self.still[1])
         state.ledger[PULSE] += self.balance(state).energy - before
 
     def go_on(self, old: TwoBodies, steps: int) -> None:
@@ -166,15 +169,14 @@ class _Driven(TwoBodies):
         """
         if not isinstance(old, _Driven):
             raise TypeError(old)
-        motion, size = old.motion(old.state, steps), len(old.own.order)
-        y, d = old.state.q_b[:size], old.state.d_b[:size]
-        rate = old.steps.unforced().velocities(y, d)
+        motion, time = old.motion(old.state, steps), steps * old.steps.step
+        y, rate = old.steps.by_contact(old.state, time)
         by_contact = motion._replace(
             rotor=old.own.shapes @ y, rotor_velocity=old.own.shapes @ rate
         )
         x, v, *_ = after_loss(self.model, motion)
         own, rise, *_ = after_loss(self.model, by_contact)
-        self.steps.carry(self.state, (own, x - own, rise, v))
+        self.steps.carry(self.state, (own, x - own, rise, v), time)
 
     def motion(self, state: BodiesState, steps: int) -> Motion:
         """Return displacements and velocities of rotor and casing in a given state.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hpcwhirl.case.plan import Marched
+from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import weighs
 from hpcwhirl.dynamics.schemes import general
 from hpcwhirl.dynamics.schemes.equal_sectors import equal_sectors
@@ -26,9 +27,17 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """
     equal = has_waves(model) or is_cyclic(model)
     one = None
-    if equal and model.rotor.points is None and not weighs(scene):
+    if equal and model.rotor.points is None and not _swings(scene):
         one = equal_sectors(model, scene, beat)
     return one or points_apart(model, scene) or general.build(model, scene, beat)
+
+
+def _swings(scene: Scene) -> bool:
+    """Return whether the sag by the rotor's weight is a wave of its own in the scene.
+
+    At a changing speed it is part of the motion without contact.
+    """
+    return weighs(scene) and law_of(scene) is None
 
 
 def before_and_after(

@@ -126,7 +126,7 @@ class BothAsWaves(Integrator):
         """
         stand = self.arrays.rotor.support.stand
         if len(stand.hub):
-            rate = rate - included_in(stand, q, rate, time)
+            rate = rate - included_in(stand, q, rate, self.scene.speed * time)
         self.state.rotor[self.waves.places()[0]] = self.waves.rotor.motion.write(
             q, rate
         )
@@ -141,7 +141,7 @@ class BothAsWaves(Integrator):
         q, rate = body.motion.read(own)
         stand, time = self.arrays.rotor.support.stand, steps * body.step
         if len(stand.hub):
-            rate = rate + added_by(stand, q, rate, time)
+            rate = rate + added_by(stand, q, rate, self.scene.speed * time)
         a = state.rotor[turned] + 1j * state.rotor[self.waves.half + turned]
         return q + (steady.shapes @ a).real, rate + (steady.rates @ a).real
 

@@ -8,8 +8,8 @@ has constant coefficients: its waves are those of `turning_waves`, with a furthe
 matrix in S. From one interval to the next the waves differ, the motion is continuous:
 displacements and increments of the modes give the amplitudes of the new waves.
 
-x is the sum of y, which contact causes, and r, which the forces f_0 of unbalance and
-Euler drive (`bodies.varying`). Both have waves of the same shapes: those of y are
+x is the sum of y, which contact causes, and r, which the forces f_0 of unbalance, Euler
+and weight drive (`bodies.varying`). Both have waves of the same shapes: those of y are
 integrated as at a constant speed; those of r, on the few nodal diameters that f_0
 moves, are a term of the loop, `kernels.loop.wave_types.SlotDrive`.
 
@@ -18,6 +18,7 @@ Waves are computed for all nodal diameters with the same number of modes at once
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -26,8 +27,15 @@ import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign
+from hpcwhirl.dynamics.bodies.turning import (
+    ALIKE,
+    driven_standing,
+    included_in,
+    set_standing,
+    unlike_rows,
+)
 from hpcwhirl.dynamics.bodies.varying import loads_of
-from hpcwhirl.dynamics.kernels.loop.wave_types import SlotDrive, SlotRows
+from hpcwhirl.dynamics.kernels.loop.wave_types import SlotDrive, SlotHeld, SlotRows
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.waves.slot_waves import (
     FIXED,
@@ -50,9 +58,14 @@ from hpcwhirl.reduction.waves import modal_damping
 from hpcwhirl.scene import Scene
 
 NONE, NOWHERE = np.zeros(0), np.zeros(0, np.int64)
+EMPTY: Complexes = np.zeros((0, 0), complex)
+NO_HOLD = SlotHeld(
+    NOWHERE, NOWHERE, EMPTY, EMPTY, np.zeros((0, 3), complex), EMPTY,
+    np.zeros(0, complex), NONE, EMPTY, EMPTY, 0, ALIKE,
+)  # fmt: skip
 NO_DRIVE = SlotDrive(
     np.zeros((0, 2), np.int64), 0, *(NOWHERE,) * 3, NONE, NONE, np.zeros((0, 2)),
-    np.zeros((2, 0, 2)), *(NONE,) * 4,
+    np.zeros((2, 0, 2)), *(NONE,) * 4, np.zeros((2, 0), complex), NO_HOLD,
 )  # fmt: skip
 TOO_NEAR = 1e9  # condition number of waves beyond which the speed is shifted
 SHIFTS = 0.0, 1e-7, -1e-7, 1e-6, -1e-6, 1e-5, -1e-5  # of the speed, relative
@@ -231,7 +244,9 @@ class DrivenSlots:
         self.moved = [
             n for n, p in enumerate(pieces) if modes_of(model, p.k, moves).any()
         ]
-        self.first = at.rows * PART
+        self.first, self.summed = at.rows * PART, list[Complexes]()
+        hub = unlike_rows(model, model.rotor.shapes)
+        self.stand = driven_standing(model, hub, self.step)
         self.ring = ring.opens, ring.slides
         self.turn(Pace(scene.speed, 0.0))
 
@@ -348,23 +363,104 @@ class DrivenSlots:
             for i, b in self._driven
         ]
 
+    def _weights(self) -> list[Complexes]:
+        """Return the changes of the modes in a step by the weight, (2, m), see `Loads`.
+
+        They are those of each driven diameter, by cos and sin of the rotor's angle.
+        """
+        out = []
+        for i, b in self._driven:
+            k, give = int(self.alike[i].k[b]), self.waves[i].give[b]
+            rows = [give @ modes_of(self.model, k, row) for row in self.loads.weight]
+            out.append(np.array(rows))
+        return out
+
+    def _weight(self) -> Complexes:
+        """Return `SlotDrive.weight`."""
+        if not self.loads.weight.any():
+            return NO_DRIVE.weight
+        each = zip(self._weights(), self._driven, strict=True)
+        return np.hstack([
+            [self._pushed(i, b, row) for row in more] for more, (i, b) in each
+        ])  # fmt: skip
+
+    def _pushed(self, i: int, b: int, more: Complexes) -> Complexes:
+        """Return the change of waves by one of the modes in a step, of a diameter."""
+        return np.asarray(self.waves[i].inverse[b] @ np.concatenate([more, more]))
+
+    @cached_property
+    def _own(self) -> tuple[int, int]:
+        """Group, and number in it, of nodal diameter 1, which moves the supports."""
+        places = [
+            (i, b)
+            for i, own in enumerate(self.alike)
+            for b in np.flatnonzero(own.k == 1).tolist()
+        ]
+        return places[0]
+
+    def _held(self) -> SlotHeld:
+        """Return the kernel's arrays of supports that no constant matrix represents."""
+        spin = self.model.rotor.terms
+        if spin.is_plain:
+            return NO_HOLD
+        i, b = self._own
+        own, waves, step = self.alike[i], self.waves[i], self.step
+        plain = [one.is_plain for one in self.supports]
+        hubs = own.held[np.flatnonzero(np.logical_not(plain)), b]  # (s, m)
+        more = waves.give[b] @ hubs.conj().T  # (m, s)
+        gives = waves.inverse[b] @ np.concatenate([more, more])
+        passing = waves.rises[b] * (1 + 1 / (1 + waves.ahead[b]))
+        moves, beside = hubs @ passing / (2 * step), (i, b) in self._driven
+        apart = own.along[b] @ more - own.along[b] @ passing @ gives
+        size, nudge = len(hubs), np.zeros((3, len(hubs)), dtype=complex)
+        at = NOWHERE
+        if beside:
+            n = self._driven.index((i, b))
+            each = [self._forces()[n], *self._weights()[n]]
+            nudge[:] = [
+                hubs @ change / (2 * step) - moves @ self._pushed(i, b, change)
+                for change in each
+            ]
+            at = self.places[2][self.places[4] == 1]
+        summed = self.summed[i][b]
+        self._stand_on(more)
+        return SlotHeld(
+            own.wave[b], at, (hubs @ (waves.shapes[b] - waves.rises[b])).conj(),
+            moves.conj(), nudge.T.conj().copy(), gives.T.copy(), own.radial[b] @ more,
+            apart.view(float).reshape(size, 2).ravel(),
+            2.0 * gives.conj().T @ summed, gives.conj().T @ summed @ gives, 1,
+            self.stand,
+        )  # fmt: skip
+
+    def _stand_on(self, more: Complexes) -> None:
+        """Set the supports' arrays to those of the present speed.
+
+        more : (m, s), change of the modes of nodal diameter 1 by unit conj(f)
+        """
+        diameters, rows = self.diameters, []
+        for change in more.T:
+            for turn in (1.0, -1.0j):
+                parts = [0j * own.radial for own in diameters]
+                parts[1] = turn * change
+                rows.append(modal_places(self.model, diameters, parts))
+        set_standing(self.model, self.stand, self.pace.speed, np.array(rows))
+
     def drive(self) -> SlotDrive:
         """Return the kernel's arrays of the motion r, and of the work on y."""
         works = self._works()
+        beyond = self._weight(), self._held()
         if not self.moved:
-            return SlotDrive._make([*NO_DRIVE[:9], *works])
+            return SlotDrive._make([*NO_DRIVE[:9], *works, *beyond])
         columns, free = [], []
         for more, (i, b) in zip(self._forces(), self._driven, strict=True):
             own, waves = self.alike[i], self.waves[i]
-            push = waves.inverse[b] @ np.concatenate([more, more])
+            push = self._pushed(i, b, more)
             seen = np.stack([own.radial[b], own.along[b], own.held[0, b]])
             columns.append(seen @ waves.shapes[b])
             free.append(_rows(waves.ahead[b], columns[-1][0], push))
         radial, along, hub = np.hstack(columns)
-        return SlotDrive(
-            *self.places, np.concatenate(free), radial.real.copy(), _parts(along),
-            hub_of(hub), *works,
-        )  # fmt: skip
+        rest = np.concatenate(free), radial.real.copy(), _parts(along), hub_of(hub)
+        return SlotDrive._make([*self.places, *rest, *works, *beyond])
 
     def _works(self) -> tuple[Floats, ...]:
         """Return `turning`, `spin`, `swirl` and `swirls` of `SlotDrive`."""
@@ -373,7 +469,7 @@ class DrivenSlots:
             np.zeros(size)
             for size in (len(self.rows.energy), rows * FOUR, rows * PART, groups * FOUR)
         )
-        each = zip(self.alike, self.waves, self.pushes, strict=True)
+        each, self.summed = zip(self.alike, self.waves, self.pushes, strict=True), []
         for own, waves, (_, push) in each:
             ahead = waves.ahead
             before = waves.shapes / (1 + ahead)[:, None]
@@ -383,6 +479,7 @@ class DrivenSlots:
             apart = -(back + on + back * on)  # 1 - conj(z_f) z_g
             alone = np.eye(ahead.shape[1], dtype=bool)
             summed = np.where(alone, 0.0, turned / np.where(alone, 1.0, apart))
+            self.summed.append(summed)
             given = push.conj()[:, None] @ summed
             _put_form(form, own, 0.5 * turned - summed)
             size = np.abs(1 + ahead) ** 2
@@ -458,11 +555,25 @@ class DrivenSlots:
         at = self.places[2]
         return np.asarray(state[at] + 1j * state[at + FOUR])
 
-    def motion(self, state: Floats) -> tuple[Floats, Floats]:
-        """Return the motion without contact in a state, modes and velocities (m,)."""
+    def _changes(self, angle: float) -> list[Complexes]:
+        """Return the changes of the modes in a step by f_0 and the weight.
+
+        angle : rad, of the rotor
+        """
+        turned = np.array([math.cos(angle), math.sin(angle)])
+        each = zip(self._forces(), self._weights(), strict=True)
+        return [more + turned @ weight for more, weight in each]
+
+    def motion(self, state: Floats, angle: float) -> tuple[Floats, Floats]:
+        """Return the motion without contact in a state, modes and velocities (m,).
+
+        The velocities are those without the supports' forces in the step.
+
+        angle : rad, of the rotor
+        """
         rest, diameters = self.beside(state), self.diameters
         places, rates = ([0j * own.radial for own in diameters] for _ in range(2))
-        for n, more in zip(self.moved, self._forces(), strict=True):
+        for n, more in zip(self.moved, self._changes(angle), strict=True):
             own = diameters[n]
             a, rest = np.split(rest, [len(own.ahead)])
             places[n] = own.shapes @ a
@@ -471,9 +582,11 @@ class DrivenSlots:
         return q, v
 
     def put_beside(self, state: Floats, q: Floats, rate: Floats) -> None:
-        """Write a motion without contact to a state: modes, and velocities, (m,)."""
+        """Write a motion without contact at time 0: modes, and velocities, (m,)."""
         out, diameters = [np.zeros(0, complex)], self.diameters
-        for n, more in zip(self.moved, self._forces(), strict=True):
+        if len(self.stand.hub):
+            rate = rate - included_in(self.stand, q, rate)
+        for n, more in zip(self.moved, self._changes(0.0), strict=True):
             own = diameters[n]
             x, v = (modes_of(self.model, own.k, part) for part in (q, rate))
             out.append(own.motion.write(x, v - more / (2 * self.step)))

@@ -298,7 +298,7 @@ def flew_never(_rows, _rotor, _wall, _strides, _mu, _step, _speed, _loading, _st
 @does(advance, SectorRows)
 @does(advance, PointRows)
 @inlined
-def advance_points(rows, rotor, step, state, space):
+def advance_points(rows, rotor, _wall, step, _speed, state, space):
     """Take a step without forces: multiply the amplitudes of all waves by factors z.
 
     The implementation of `point_verbs.advance`, with its arguments, for rows of points.

@@ -91,11 +91,14 @@ from hpcwhirl.dynamics.kernels.loop.slots import (
     is_pending,
     pass_slots,
     read_slots,
+    seen_at,
     settle_slots,
     spectrum_of,
+    stand_slots,
     swirl_slots,
     turn_slots,
     turning_of_slots,
+    weigh_slots,
 )
 from hpcwhirl.dynamics.kernels.loop.transform import BEHIND
 from hpcwhirl.dynamics.kernels.loop.wave_types import FlowRows, SlotRows, SlotSpace
@@ -168,7 +171,7 @@ def note_slips(rows, state, space, step):
 @does(advance, FlowRows)
 @does(advance, SlotRows)
 @inlined
-def advance_slots(rows, rotor, step, state, space):
+def advance_slots(rows, rotor, wall, step, speed, state, space):
     """Take a step without contact forces, after those of the last step.
 
     The implementation of `point_verbs.advance`, with its arguments, for slots.
@@ -181,26 +184,61 @@ def advance_slots(rows, rotor, step, state, space):
     if len(drive.turning) > 0:
         turn_slots(rows, drive, state.rotor, state.sums_c)
         drive_slots(drive, state.rotor, len(space.spectrum) // 2, space.spectrum)
+        if drive.weight.shape[1] + len(drive.held.gaps) > 0:
+            hold_driven(rows, drive, wall, step, speed, state, space)
     if pending and slips_now(state.counter):
         note_slips(rows, state, space, step)
 
 
 @part
-def book_held(support, state, space):
+def hold_driven(rows, drive, wall, step, speed, state, space):
+    """Add the weight's and the supports' effect in a step at a changing speed.
+
+    drive : `wave_types.SlotDrive`; others as in `point_verbs`
+    """
+    number, k = state.counter[STEP], len(space.spectrum) // 2
+    angle, (_, older) = (
+        angle_at(wall, speed, number * step),
+        seen_at(rows, number, state.rotor),
+    )
+    weigh_slots(drive, state.rotor, angle, k, space.spectrum)
+    if len(drive.held.gaps) > 0:
+        stand_slots(
+            drive.held, state.rotor, angle, older, k, space.push, space.spectrum,
+            state.sums_c,
+        )  # fmt: skip
+
+
+@part
+def book_held(slides, slot, state, space):
     """Enter the work of a step's contact forces on what the supports' forces move.
 
-    The pass does not see its motion along the casing. It sees the orbit that an
-    unbalanced rotor has without contact, which has no part in the works.
+    The pass does not see its motion along the casing.
+
+    slides, slot : as in `wave_types.SlotSupport`
     """
-    lam, sums, held, q = state.lam, state.sums_b, space.held, state.rotor
-    k, slot, re, im = len(lam) // 2, support.slot, 0.0, 0.0
-    for p in range(0, len(support.slides), 2):  # times conj(x + i y)
-        a, b = support.slides[p], support.slides[p + 1]
+    lam, sums, held = state.lam, state.sums_b, space.held
+    k, re, im = len(lam) // 2, 0.0, 0.0
+    for p in range(0, len(slides), 2):  # times conj(x + i y)
+        a, b = slides[p], slides[p + 1]
         x, y = space.push[p], space.push[p + 1]
         re += a * x + b * y
         im += b * x - a * y
     sums[k + slot] += lam[slot] * re + lam[k + slot] * im
     held[0], held[1], held[2], held[3] = re, im, state.counter[STEP], slot
+
+
+@part
+def book_swing(support, state):
+    """Remove the work of a step's contact forces on the orbit of an unbalanced rotor.
+
+    The pass sees that orbit, which the rotor has without contact, and which has no part
+    in the works.
+
+    support : `wave_types.SlotSupport`
+    """
+    lam, sums, q = state.lam, state.sums_b, state.rotor
+    k, slot = len(lam) // 2, support.slot
     if support.orbit >= 0:
         a, b = q[support.orbit], q[support.orbit + FOUR]
         c, d = support.swing[0], support.swing[1]
@@ -340,7 +378,10 @@ def touch_slots(rows, rotor, contact, wall, _mu, step, speed, _thrust, _angle, _
             state.ledger[IMPACT] += carried
         keep_forces(rows, active, step, state, space)
         if not is_flow(rows) and len(rotor.support.reads) > 0:
-            book_held(rotor.support, state, space)
+            book_held(rotor.support.slides, rotor.support.slot, state, space)
+            book_swing(rotor.support, state)
+        if not is_flow(rows) and len(rotor.drive.held.gaps) > 0:
+            book_held(rotor.drive.held.slides, rotor.drive.held.slot, state, space)
         if not is_flow(rows) and len(rotor.drive.turning) > 0:
             swirl_slots(rows, rotor.drive, state.rotor, state.lam, state.sums_c)
     return active
@@ -515,17 +556,19 @@ def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
     check_places("slots", len(state.rotor) - FOUR, {
         "pairs": rotor.rows.pairs, "pulse": rotor.pulse.at, "centre": rotor.centre,
         "modes": rotor.modes, "drive": rotor.drive.at, "driven": rotor.drive.own,
+        "held": rotor.drive.held.own, "beside": rotor.drive.held.beside,
     })  # fmt: skip
     sizes = *(width,) * 4, (STEPS + 1) * width + 2 * FOUR, 2 * wide, 2 * wide
     spectrum, slip, radial, along, seen, out, again = aligned_zeros(*sizes)
     solver = circulant_space(
         blades, wide, arrays.contact.column, state.known, rotor.rows.wave
     )
+    stands = rotor.support.stand, rotor.drive.held.stand
     return SlotSpace(
         spectrum, slip, radial, along, seen, np.zeros(STEPS, np.int64),
         np.zeros(blades), solver, out, again, np.zeros((blades + 1, 2)),
         np.zeros(2 * len(rotor.modes)), np.zeros_like(state.ledger),
-        np.zeros(4), np.zeros(4), np.zeros(room_of.py_func(rotor.support.stand)),
+        np.zeros(4), np.zeros(4), np.zeros(max(map(room_of.py_func, stands))),
         np.full(3, -1.0),
         state._replace(rotor=state.rotor.copy(), counter=state.counter.copy()),
         layer_space.py_func(len(state.entered)),
@@ -541,6 +584,8 @@ def sizes_of_slots(arrays: Arrays, state: CyclicState) -> Wanted:
     sizes = (FLOW, FLOW_CASING, 0) if flows else (PUSHED, CASING, SEEN)
     groups, lobes, drive = len(rows.rotor), 2 * len(rotor.pulse.at), rotor.drive
     beside, driven = len(drive.free) // DRIVEN * PART, bool(len(drive.turning))
+    held, supports = drive.held, len(drive.held.stand.film)
+    moved = supports * len(held.own)
     wanted = [
         ("rotor", state.rotor, waves * PART + beside + sizes[2] * width),
         ("lam", state.lam, 2 * FOUR * groups), ("ring", rows.ring, groups),
@@ -551,6 +596,11 @@ def sizes_of_slots(arrays: Arrays, state: CyclicState) -> Wanted:
         ("spin", drive.spin, own * FOUR * driven),
         ("swirl", drive.swirl, own * PART * driven),
         ("swirls", drive.swirls, groups * FOUR * driven),
+        ("places", held.places, moved), ("moves", held.moves, moved),
+        ("gives of supports", held.gives, moved), ("swirl of supports", held.swirl,
+        moved), ("nudge", held.nudge, 3 * supports), ("slides", held.slides,
+        2 * supports), ("swirls of supports", held.swirls, supports**2),
+        ("weight", drive.weight, 2 * len(drive.at) * bool(drive.weight.size)),
         ("fixed", rows.fixed, groups * FIXED), ("along", rows.along, own * PART),
         ("energy", rows.energy, len(rows.pairs) // 2 * PART),
         ("turns", rows.turns, blades * width),

@@ -24,6 +24,8 @@ the rate at which the radius changes at the blades, since they move past it, `PA
 
 from __future__ import annotations
 
+import math
+
 from hpcwhirl.dynamics.kernels.compiled import (
     does,
     inlined,
@@ -34,7 +36,15 @@ from hpcwhirl.dynamics.kernels.compiled import (
 )
 from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP
 from hpcwhirl.dynamics.kernels.loop.wave_types import FlowRows, SlotRows
-from hpcwhirl.dynamics.kernels.standing import find_force, push_group
+from hpcwhirl.dynamics.kernels.standing import (
+    add_support,
+    aside_of,
+    find_force,
+    push_group,
+    scaled,
+    set_aside,
+    solve_supports,
+)
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -453,6 +463,112 @@ def drive_slots(drive, q, k, spectrum):
             c += DRIVEN
         spectrum[slot] += total_of(real)
         spectrum[k + slot] += total_of(imag)
+
+
+@part
+def weigh_slots(drive, q, angle, k, spectrum):
+    """Add the effect of the rotor's weight in a step to the motion without contact.
+
+    angle, k : rad, of the rotor at the step's start; number of slots
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    for i in range(drive.weight.shape[1]):
+        m, slot, gamma = drive.at[i], drive.slot[i], drive.radial[i]
+        more = scaled(drive.weight[0, i], c) + scaled(drive.weight[1, i], s)
+        q[m] += more.real
+        q[m + FOUR] += more.imag
+        spectrum[slot] += gamma * more.real
+        spectrum[k + slot] += gamma * more.imag
+
+
+@inlined
+def carried(held, which, p, q):
+    """Return displacement and velocity of support p by waves, m, m/s, complex.
+
+    held, which : `wave_types.SlotHeld`; its `own` or `beside`
+    """
+    place, moving = complex(0.0, 0.0), complex(0.0, 0.0)
+    for i in range(len(which)):
+        back = complex(q[which[i]], -q[which[i] + FOUR])
+        place += held.places[p, i] * back
+        moving += held.moves[p, i] * back
+    return place, moving
+
+
+@inlined
+def nudged(held, p, c, s):
+    """Return what the forces on r in a step add to the velocity of support p, m/s.
+
+    c, s : cos and sin of the rotor's angle
+    """
+    weight = scaled(held.nudge[p, 1], c) + scaled(held.nudge[p, 2], s)
+    return held.nudge[p, 0] + weight
+
+
+@inlined
+def push_waves(held, which, p, f, q):
+    """Add the change by the force f of support p, N, to the waves of its slot."""
+    for i in range(len(which)):
+        more = held.gives[p, i] * f.conjugate()
+        q[which[i]] += more.real
+        q[which[i] + FOUR] += more.imag
+
+
+@part
+def stand_slots(held, q, angle, seen, k, push, spectrum, sums):
+    """Add the supports' forces in a step at a changing speed to waves and gaps.
+
+    Those on the motion without contact, r, are the forces on r alone; those on y
+    complete them to the forces on y + r. Their part of the work of -(dOmega/dt) C y is
+    added, see `turn_slots`.
+
+    held : `wave_types.SlotHeld`
+    q, sums : amplitudes after the free step; `sums_c` of the state
+    angle : rad, of the rotor at the step's start
+    seen, k : index in q of the spectrum of y in that step; number of slots
+    push : (room,), N, out: the forces on y, see `standing.add_support`
+    """
+    own, c, s = held.stand, math.cos(angle), math.sin(angle)
+    turned, slot, work = complex(c, -s), held.slot, 0.0
+    for p in range(len(held.gaps) * (len(held.beside) > 0)):
+        place, moving = carried(held, held.beside, p, q)
+        add_support(own, p, place, moving + nudged(held, p, c, s), turned, push)
+    if len(held.beside) > 0:
+        solve_supports(own, push)
+        set_aside(own, push)
+    for p in range(len(held.gaps)):
+        place, moving = carried(held, held.own, p, q)
+        if len(held.beside) > 0:
+            more, rise = carried(held, held.beside, p, q)
+            place, moving = place + more, moving + (rise + nudged(held, p, c, s))
+        add_support(own, p, place, moving, turned, push)
+    solve_supports(own, push)
+    for p in range(len(held.gaps)):
+        f, beside = complex(push[2 * p], push[2 * p + 1]), complex(0.0, 0.0)
+        if len(held.beside) > 0:
+            x = aside_of(own, push, 2 * p)
+            beside = complex(x, aside_of(own, push, 2 * p + 1))
+            push_waves(held, held.beside, p, beside, q)
+        opened = held.gaps[p] * f.conjugate()
+        spectrum[slot] += opened.real
+        spectrum[k + slot] += opened.imag
+        f = f - beside
+        push[2 * p], push[2 * p + 1] = f.real, f.imag
+    for p in range(len(held.gaps)):
+        f = complex(push[2 * p], push[2 * p + 1])
+        for i in range(len(held.own)):
+            a = complex(q[held.own[i]], q[held.own[i] + FOUR])
+            work += (f * (held.swirl[p, i] * a)).real
+        for n in range(len(held.gaps)):
+            back = complex(push[2 * n], -push[2 * n + 1])
+            work += (f * (held.swirls[p, n] * back)).real
+    for p in range(len(held.gaps)):
+        f = complex(push[2 * p], push[2 * p + 1])
+        push_waves(held, held.own, p, f, q)
+        opened = held.gaps[p] * f.conjugate()
+        q[seen + slot] += opened.real
+        q[seen + k + slot] += opened.imag
+    sums[TURNING] += work
 
 
 @rare

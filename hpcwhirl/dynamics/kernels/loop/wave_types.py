@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.kernels.kernel_types import (
     ConstantSpace,
     CyclicState,
@@ -377,6 +377,42 @@ class SlotSupport(NamedTuple):
     stand: Stand
 
 
+class SlotHeld(NamedTuple):
+    """The supports of `SlotSupport` at a changing speed, in an interval of speed.
+
+    They are s supports, which w waves of their slot move, by y and by r of `SlotDrive`.
+    Displacements and velocities are x + i y. Arrays are empty without such supports.
+
+    Attributes
+    ----------
+    own, beside : (w,), indices of re of the slot's waves of y, and of r or (0,)
+    places, moves : (s, w), displacement at the step's start and velocity of a support
+        without its force, for unit conj(a), a the amplitudes after the free step
+    nudge : (s, 3), m/s, what the forces on r in the step add to that velocity, and the
+        weight by cos and sin of the rotor's angle
+    gives, gaps : (s, w), (s,), change of the amplitudes, and of the gaps' spectrum, by
+        unit conj(f), f the force
+    slides : (s, 2) flat, as in `SlotSupport`
+    swirl, swirls : (s, w), (s, s), J/N, J/N^2, as in `SlotDrive`: work by unit f and a;
+        by unit forces alone
+    slot : the slot
+    stand : the supports
+    """
+
+    own: Integers
+    beside: Integers
+    places: Complexes
+    moves: Complexes
+    nudge: Complexes
+    gives: Complexes
+    gaps: Complexes
+    slides: Floats
+    swirl: Complexes
+    swirls: Complexes
+    slot: int
+    stand: Stand
+
+
 class SlotDrive(NamedTuple):
     """A rotor with terms of rotation whose speed changes, in an interval of speed.
 
@@ -401,6 +437,9 @@ class SlotDrive(NamedTuple):
         the work of a unit spectrum of the multipliers; work by it alone. These three
         and the form are the work of the force -(dOmega/dt) C y, see
         `slots.turn_slots`
+    weight : (2, n), change of the amplitudes in a step by the rotor's weight, by cos
+        and sin of the rotor's angle; (2, 0) without
+    held : supports whose forces no constant matrix gives
     """
 
     filled: Integers
@@ -416,6 +455,8 @@ class SlotDrive(NamedTuple):
     spin: Floats
     swirl: Floats
     swirls: Floats
+    weight: Complexes
+    held: SlotHeld
 
 
 class SlotRotor(NamedTuple):

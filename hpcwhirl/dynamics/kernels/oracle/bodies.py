@@ -281,7 +281,7 @@ def march_bodies(
         turned = angle_at(wall, speed, following) % (2.0 * math.pi)
         predict(rotor, b)
         predict(casing, c)
-        stand(rotor, b, now, stood)
+        stand(rotor, b, angle_at(wall, speed, now), stood)
         push = pulse_of(now, loading.force, loading.pulse)
         if push != 0.0:
             load(casing, c, push, loading.modal)

@@ -16,13 +16,14 @@ change of speed adds at step n is explicit:
 
 f = f_0 - (dOmega/dt) C q_n,
 
-where 2 Omega C is the matrix of Coriolis forces (`bodies.varying`), and f_0, the
-force of the unbalance and Euler's force on the blades, acts on r alone. The work on y,
-(y_{n+1} - y_{n-1}) f / 2, is entered as work of the loading.
+where 2 Omega C is the matrix of Coriolis forces (`bodies.varying`), and f_0, the force
+of the unbalance, Euler's force on the blades and the weight, acts on r alone. The work
+on y, (y_{n+1} - y_{n-1}) f / 2, is entered as work of the loading.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -172,31 +173,34 @@ def load(body, motion, push, modal):
 
 
 @part
-def stand(body, motion, time, force):
-    """Add the effect of supports or of a changing speed to the rotor's predicted step.
+def stand(body, motion, angle, force):
+    """Add the effect of supports and of a changing speed to the rotor's predicted step.
 
-    The increments that these forces cause are added to motion.ahead and .following. At
-    constant speed the forces are those of supports that differ by direction or have a
-    film. motion.normal is used as work space; `collect` sets it later.
+    The increments that these forces cause are added to motion.ahead and .following. The
+    supports are those that differ by direction or have a film. motion.normal is used as
+    work space; `collect` sets it later.
 
     body, motion : the rotor; its `Motion`
-    time : s, of the present step
+    angle : rad, of the rotor at the present step
     force : (room,), out: N, forces of the supports on the rotor, x and y of each, if
         they exert one that no constant matrix represents; work space, see
         `standing.room_of`
     """
     if len(body.force) == 0:
-        standing.stand(body, motion, time, force)
+        standing.stand(body, motion, angle, force)
         return
     q, _, _, ahead, following, change, _ = motion
+    along, across = math.cos(angle), math.sin(angle)
     for m in range(len(q)):
-        body.work[m] = body.force[m]
+        weight = along * body.weight[0, m] + across * body.weight[1, m]
+        body.work[m] = body.force[m] + weight
     apply_blocks(body.swerve, body.starts, q, -1.0, body.work)
     change[:] = 0.0
     apply_blocks(body.give, body.starts, body.work, 1.0, change)
     for m in range(len(q)):
         ahead[m] += change[m]
         following[m] += change[m]
+    standing.stand(body, motion, angle, force)
 
 
 @part
@@ -210,10 +214,8 @@ def yielded(body, motion, force, ledger):
     body, motion : the rotor; its `Motion`
     force : (room,), N, as `stand` has set it
     """
-    if len(body.force) == 0:
-        standing.yielded(body, motion, force)
-        return
-    for m in range(body.own):
+    standing.yielded(body, motion, force)
+    for m in range(body.own * (len(body.force) > 0)):
         both = motion.d[m] + motion.ahead[m]
         ledger[PULSE] += 0.5 * body.work[m] * both
 
