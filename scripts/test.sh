@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The gate and the tests on the wheels of PyPI, but for the evidence and those rows of
-# costly grids that are not this commit's turn (`scripts/evidence.sh tests` asks both);
+# The gate and the tests on the wheels of PyPI, but for the evidence and what takes turns
+# and is not in this commit's (`scripts/evidence.sh tests` asks both);
 # those of the page in Debian's Chromium, one job under a real Slurm, then what writes
 # by MPI-IO once more with an h5py that does, under Debian's Open MPI. Tells the slowest
 # forty and the times.

@@ -45,8 +45,8 @@ def _nominal(monkeypatch):
 def pytest_addoption(parser):
     told = "tell the N tests that took most of the processor, with what they started"
     parser.addoption("--processor", type=int, default=0, metavar="N", help=told)
-    told = f"""ask of grids marked `turns` one of {TURNS} parts: N, or that of the
-        commit; `all`: of the whole grids, and what is marked `evidence`, alone"""
+    told = f"""ask one of {TURNS} parts of the tests that take turns: N, or that of the
+        commit; `all`: of all these and what is marked `evidence`, and of no other"""
     parser.addoption("--turn", metavar="N|commit|all", help=told)
 
 
@@ -58,7 +58,9 @@ def pytest_configure(config):
 
 def pytest_report_header(config):
     turn = config.stash.get(TURN, ALL)
-    return [] if turn is ALL else f"turn {turn} of {TURNS} of costly grids"
+    return (
+        [] if turn is ALL else f"turn {turn} of {TURNS} of slow tests and costly grids"
+    )
 
 
 def pytest_collection_modifyitems(config, items):

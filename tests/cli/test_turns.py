@@ -1,6 +1,7 @@
-"""Grids that take turns: no row is left out for long, and no law in any turn."""
+"""Tests that take turns: no row is left out for long, and no law in any turn."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 import turns
@@ -11,7 +12,7 @@ from turns import TURNS
 class Item:
     """What `turns` asks of a test that pytest has collected."""
 
-    path: str
+    path: Path
     name: str
     mark: str = "turns"
 
@@ -26,7 +27,7 @@ def kept(items):
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 40])
 def test_every_row_has_its_turn_and_every_turn_a_row(count):
-    rows = [Item("a.py", f"test_law[{n}]") for n in range(count)]
+    rows = [Item(Path("a.py"), f"test_law[{n}]") for n in range(count)]
     shares = kept(rows)
     assert all(shares)
     assert {row for share in shares for row in share} == set(rows)
@@ -35,7 +36,8 @@ def test_every_row_has_its_turn_and_every_turn_a_row(count):
 
 def test_a_scene_has_the_same_turn_in_every_law():
     laws = [
-        [Item("a.py", f"test_{law}[{n}]") for n in range(40)] for law in ("one", "two")
+        [Item(Path("a.py"), f"test_{law}[{n}]") for n in range(40)]
+        for law in ("one", "two")
     ]
     for share in kept([*laws[0], *laws[1]]):
         one, two = (
@@ -45,17 +47,20 @@ def test_a_scene_has_the_same_turn_in_every_law():
         assert one == two
 
 
-def test_what_has_no_mark_is_always_asked_and_marked_tests_without_rows_take_turns():
-    plain = [Item("a.py", f"test_plain[{n}]", "slow") for n in range(9)]
-    costly = [Item("a.py", f"test_costly_{n}") for n in range(30)]
+def test_what_has_no_mark_is_always_asked_and_slow_tests_take_turns():
+    plain = [Item(Path("a.py"), f"test_plain[{n}]", "oracle") for n in range(9)]
+    costly = [Item(Path("a.py"), f"test_costly_{n}", "slow") for n in range(30)]
     shares = kept(plain + costly)
     assert all(share[: len(plain)] == plain for share in shares)
     assert sum(len(share) - len(plain) for share in shares) == len(costly)
 
 
 def test_all_are_what_turns_leave_out_and_the_evidence():
-    tests = [Item("a.py", "test_a", mark) for mark in ("turns", "evidence", "slow")]
-    assert turns.kept(tests, turns.ALL) == tests[:2]
+    tests = [
+        Item(Path("a.py"), "test_a", mark)
+        for mark in ("turns", "slow", "evidence", "mpi")
+    ]
+    assert turns.kept(tests, turns.ALL) == tests[:3]
 
 
 @pytest.mark.parametrize(

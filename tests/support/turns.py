@@ -1,5 +1,7 @@
-"""Costly grids of tests that take turns: each commit asks a part, `TURNS` commits all.
+"""Costly tests that take turns: each commit asks a part of them, `TURNS` commits all.
 
+These are the tests that are marked `slow`, and grids marked `turns` whose rows are not,
+but many.
 A row stays in the turn that its name gives, so that the laws of one table ask the same
 scenes in a turn and share what these have computed.
 """
@@ -10,6 +12,7 @@ from zlib import crc32
 
 TURNS = 4
 ALL = "all"
+MARKS = "turns", "slow"
 COUNT = "git", "rev-list", "--count", "HEAD"
 HEAD = "git", "rev-parse", "--short=8", "HEAD"
 SHALLOW = "git", "rev-parse", "--is-shallow-repository"
@@ -40,17 +43,16 @@ def asked(rows, turn):
 
 
 def kept(items, turn):
-    """Return the tests of a turn: those with the mark by `asked`, and all others.
+    """Return the tests of a turn: those that take turns by `asked`, and all others.
 
-    The rows of one test are a grid; the marked tests of a file without rows are one.
-    `ALL` are the marked tests and the evidence: what a turn leaves out, at least.
+    The rows of one test are a grid; tests without rows are one together. `ALL` are
+    those that take turns and the evidence: what a turn leaves out, at least.
     """
     if turn == ALL:
-        marks = "turns", "evidence"
-        return [i for i in items if any(map(i.get_closest_marker, marks))]
+        return [item for item in items if takes_turns(item, *MARKS, "evidence")]
     grids = {}
     for item in items:
-        if item.get_closest_marker("turns"):
+        if takes_turns(item):
             grid, row = grid_of(item)
             grids.setdefault(grid, {}).setdefault(row, []).append(item)
     chosen = {
@@ -59,10 +61,15 @@ def kept(items, turn):
         for row in asked([*rows], turn)
         for item in rows[row]
     }
-    return [i for i in items if i in chosen or not i.get_closest_marker("turns")]
+    return [item for item in items if item in chosen or not takes_turns(item)]
+
+
+def takes_turns(item, *marks):
+    """Return whether a test has one of some marks, by default of `MARKS`."""
+    return any(map(item.get_closest_marker, marks or MARKS))
 
 
 def grid_of(item):
     """Return the grid of a test and its row there."""
     name, _, row = item.name.partition("[")
-    return (item.path, name) if row else (item.path, ""), row or name
+    return ((item.path, name), row) if row else ("", f"{item.path.name} {name}")
