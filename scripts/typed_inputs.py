@@ -60,6 +60,8 @@ def lines_of(name: str) -> Iterator[str]:
             words = ", ".join(f'"{word}"' for word in get_args(field.annotation))
             line = f"    {own}: Literal[\n        {words}\n    ]"
         yield line
+    if name == "Solver":
+        yield "    preset: str"
 
 
 def text() -> str:

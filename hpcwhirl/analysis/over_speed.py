@@ -26,6 +26,7 @@ from hpcwhirl.case.speed import angle_at, extremes, law_of, schedule_of, speed_a
 from hpcwhirl.case.unbalance import is_unbalanced
 from hpcwhirl.dynamics.history import History, between
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.units import ANGULAR, shown_in
 
 USUAL = Thresholds()
 FEWEST = 4 * BLOCKS  # least number of rows of evidence in a window
@@ -116,6 +117,30 @@ def told_over_speed(spells: list[Spell]) -> str:
         f"{one.regime} {one.whirl}"
         for one in spells
     )
+
+
+def in_shown_units(told: str) -> str:
+    """Return the text of a case's result `words_over_speed` in the units shown.
+
+    The speed of an interval in which it is constant is written once.
+
+    told : text from `told_over_speed`, or ""
+    """
+    return "; ".join(
+        f"{one.begin:.4g}..{one.end:.4g} s {speeds_told(one, '..')} "
+        f"{one.regime} {one.whirl}"
+        for one in spells_of(told)
+    )
+
+
+def speeds_told(one: Spell, to: str) -> str:
+    """Return first and last speed of an interval in the unit shown, equal ones once.
+
+    to : text between the two
+    """
+    unit, factor = shown_in(ANGULAR)
+    ends = (f"{factor * end:.5g}" for end in (one.first, one.last))
+    return f"{to.join(dict.fromkeys(ends))} {unit}"
 
 
 def spells_of(told: str) -> list[Spell]:

@@ -28,6 +28,7 @@ from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.campaign_tables import Campaign, walltime_seconds
 from hpcwhirl.scene.table import is_begun_by
+from hpcwhirl.scene.units import written_units
 from hpcwhirl.store.atomic import Check, anyone, sweep
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import told_by
@@ -304,8 +305,11 @@ def prepare(
     old, manifest = check_begun(design, plan, mends=mends)
     machines = old.machines if old else [machine_facts()]
     extended = extended_by(design, plan, extend)
-    manifest = replace(manifest, extended=extended, machines=machines)
+    units = list(written_units()) or (old.units if old else [])
+    manifest = replace(manifest, extended=extended, machines=machines, units=units)
     if old == manifest:
+        if old.units != units:
+            plan.write(manifest, check)
         return
     check_steps(design)
     if old:

@@ -32,6 +32,8 @@ from hpcwhirl.errors import (
 from hpcwhirl.launch import ALONE, Communicator, communicator
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene.campaign_tables import Campaign
+from hpcwhirl.scene.documents import load_document, units_of_document
+from hpcwhirl.scene.units import written_in
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.results.variables import WHY_NOT
 
@@ -62,7 +64,8 @@ class Call:
         comm : communicator of all ranks; None: all ranks that were started
         """
         comm = communicator() if comm is None else comm
-        return self.opened(self.place(comm), tells=comm.rank == 0)
+        with written_in(_units_of(self.design)):
+            return self.opened(self.place(comm), tells=comm.rank == 0)
 
     def opened(self, place: Path, *, tells: bool = True) -> xarray.Dataset:
         """Return the results in a directory.
@@ -142,6 +145,19 @@ class Call:
                 raise InputError(f"{name} must be True or False, got {shown(value)}")
         given = {n: value for n, value in self.options.items() if n not in FLAGS}
         return Campaign.read(given, "options", str)
+
+
+def _units_of(design: Any) -> tuple[str, ...]:
+    """Return the units in which the design of a campaign gives its inputs.
+
+    () where it is no file or mapping, or a file that `Design.of` will refuse.
+    """
+    try:
+        if isinstance(design, str | Path):
+            design = load_document(Path(design))
+    except WhirlError:
+        return ()
+    return units_of_document(design) if isinstance(design, Mapping) else ()
 
 
 def _tell_unmeasured(data: xarray.Dataset) -> None:

@@ -219,8 +219,7 @@ def _preset_facts(design: Design) -> dict[str, str | float]:
 def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | float]:
     """Return the attributes of results.h5 that say how the results were made.
 
-    These are version, command, scene, units of its file, hosts, ranks, libraries, time
-    and thresholds.
+    These are version, command, scene, hosts, ranks, libraries, time and thresholds.
 
     comm : communicator of all ranks, each of which must call
     """
@@ -232,7 +231,6 @@ def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | floa
         "command": _as_text(shlex.join(sys.argv)),
         "scene": to_toml(design.base),
         **_preset_facts(design),
-        "units": ",".join(written_units()),
         "hosts": " ".join(hosts),
         "ranks": str(comm.size),
         "mpi": library_of(comm),
@@ -268,7 +266,8 @@ def write_case(path: Path, design: Design, result: Result) -> None:
         make_folders(path.parent)
         with tempfile.TemporaryDirectory(prefix=".hpcwhirl-", dir=path.parent) as place:
             directory = Directory(Path(place))
-            plan = replace(design.manifest(), machines=[machine_facts()])
+            units = list(written_units())
+            plan = replace(design.manifest(), machines=[machine_facts()], units=units)
             directory.plan.write(plan)
             with Journal(directory.journals, 1, 0) as journal:
                 journal.append(record, result.traces)

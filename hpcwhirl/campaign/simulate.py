@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -48,6 +49,7 @@ from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
 from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
+from hpcwhirl.scene.inputs import OF_FILE
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.units import in_shown, with_unit
@@ -204,6 +206,8 @@ def _check_scene(given: Any) -> None:
     if isinstance(given, Scene):
         return
     hint = " (of a mapping: Scene(**mapping))" if isinstance(given, Mapping) else ""
+    if isinstance(given, str | Path):
+        hint = OF_FILE
     raise InputError(f"simulate takes a Scene{hint}, got {shown(given)}")
 
 

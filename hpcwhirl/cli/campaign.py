@@ -92,7 +92,7 @@ def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> 
     session, prepared : invocation of the campaign; the campaign and its options
     """
     from hpcwhirl.campaign.begin import check_begun
-    from hpcwhirl.campaign.foresight.growth import growing_told
+    from hpcwhirl.campaign.foresight.growth import foretold
 
     if not prepared.fresh:
         mends = "failed" in prepared.policy.retry
@@ -103,8 +103,8 @@ def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> 
             prepared = prepared._replace(directory=_beside(prepared.directory))
     code = _foretell(args, session, prepared)
     _tell_inputs(prepared.design)
-    if growing := growing_told(prepared.design):
-        say(growing)
+    for line in foretold(prepared.design):
+        say(line)
     return code
 
 

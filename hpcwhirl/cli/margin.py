@@ -9,18 +9,21 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.cli.margin_each import each_input
 from hpcwhirl.cli.margin_first import first_change
 from hpcwhirl.cli.margin_ranges import print_ranges
 from hpcwhirl.cli.options import OR_FILE, check_picture
 from hpcwhirl.cli.tables import add_format
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, say
 from hpcwhirl.store.reading import select
 
 if TYPE_CHECKING:
     import xarray
 
+SPEED, RATE = "speed", "acceleration"
 MOST = 10_000  # largest number of points that --check draws in a range
 
 
@@ -29,8 +32,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     add_option(parser, "--over NAME",
-        "swept input over which ranges of damped cases are listed (default speed); "
-        "each: for every input of --at, the range around that point", default="speed")
+        "swept input over which ranges of damped cases are listed (default speed, or "
+        "the first swept number where the speed is not swept); each: for every input "
+        "of --at, the range around that point", default="")
     add_option(parser, "--at NAME=V",
         "for the input of --over: also print how far this point lies inside a range of "
         "damped cases; for another input: only cases with this value", default=[])
@@ -64,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     with reading(place), open_results(place) as results:
         if args.over == "each":
             return each_input(args, results)
-        over = select.variable_of(args.over, select.swept_of(results))
+        over = _over(args.over, results)
         point, data = _chosen(results, over, args.at)
         if args.first:
             if point is not None and not point > 0.0:
@@ -72,6 +76,22 @@ def run(args: argparse.Namespace) -> int:
                 raise InputError(f"{msg}it, got {point:g}")
             return first_change(args, data, over, point)
         return print_ranges(args, data, over, point)
+
+
+def _over(asked: str, data: xarray.Dataset) -> str:
+    """Return the input over which ranges are listed; say if it changes during a run.
+
+    asked : that of --over; "": the speed, or else the first swept number
+    """
+    swept = select.swept_of(data)
+    numbers = [name for name in swept if data[name].dtype.kind in "iuf"]
+    if not asked and SPEED not in swept and numbers:
+        return numbers[0]
+    over = select.variable_of(asked or SPEED, swept)
+    if over == SPEED and RATE in data and np.any(data[RATE].to_numpy() != 0.0):
+        say("speed is that at which a run begins, and changes during it; the words of "
+            "its windows: hpcwhirl cases DIR --columns words_over_speed")  # fmt: skip
+    return over
 
 
 def _check(args: argparse.Namespace) -> None:

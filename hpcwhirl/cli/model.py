@@ -31,7 +31,7 @@ from hpcwhirl.errors import SHOWN, InputError, WhirlError, one_line, say, shown
 from hpcwhirl.reduction.families import UNKNOWN, modal_table
 from hpcwhirl.scene import Scene, apply_settings, title_of
 from hpcwhirl.scene.quantities import DERIVED
-from hpcwhirl.scene.units import ANGULAR, in_shown, showing, shown_in
+from hpcwhirl.scene.units import ANGULAR, in_shown, showing, shown_in, with_unit
 from hpcwhirl.structure import blade_stiffness
 
 MOST_ORDERS = 10_000  # largest number of super-harmonics
@@ -237,10 +237,16 @@ def _spans_of_growth(facts: dict[str, Any]) -> str:
     return ", ".join(map(_band_told, facts["bands"]))
 
 
-def _band_told(band: dict[str, Any]) -> str:
+def _band_told(band: dict[str, Any], unit: str = "") -> str:
+    """Return a band of speed as text, "200.0 to 300.0 rpm" or "200.0 rpm on".
+
+    unit : of the speeds; "": none is written
+    """
     factor = shown_in(ANGULAR)[1]
-    end = f"to {factor * band['end']:.1f}" if band["ends"] else "on"
-    return f"{factor * band['start']:.1f} {end}"
+    start = f"{factor * band['start']:.1f}"
+    if band["ends"]:
+        return with_unit(f"{start} to {factor * band['end']:.1f}", unit, " ")
+    return f"{with_unit(start, unit, ' ')} on"
 
 
 def searched_told(searched: dict[str, Any] | None) -> str:
@@ -273,7 +279,7 @@ def growth_told(rotation: dict[str, Any]) -> list[str]:
     if not rotation["bands"]:
         return [f"free motion grows at no speed {within}"]
     lines = [
-        f"free motion grows from {_band_told(band)} {shown_in(ANGULAR)[0]}: at most "
+        f"free motion grows from {_band_told(band, shown_in(ANGULAR)[0])}: at most "
         f"{band['growth']:.3g} 1/s, at {in_shown(band['speed'], ANGULAR, 4)}, "
         f"{band['family']} of k = {band['nodal_diameter']} with "
         f"{in_shown(abs(band['frequency']), ANGULAR, 4)} "
@@ -326,7 +332,8 @@ def told_circle(circle: dict[str, Any]) -> str:
         part = f"{100 * share:.3g} %" if share < 10.0 else f"{share:.3g} times the size"
         of_gap = f", {part} of the gap: {meets}"
     return (
-        f"unbalance {circle['unbalance']:.4g} kg m, {circle['force']:.4g} N: the centre"
+        f"unbalance {in_shown(circle['unbalance'], 'kg m', 4)}, "
+        f"{in_shown(circle['force'], 'N', 4)}: the centre"
         f" circles with {1e3 * circle['radius']:.4g} mm{ellipse}"
         f", {math.degrees(circle['lag']):.1f} degrees behind the unbalance; blades "
         f"reach {1e3 * circle['reach']:.4g} mm{of_gap}"
@@ -483,4 +490,9 @@ def _show_coincidences(rows: list[dict[str, Any]], lobes: int) -> None:
             continue
         cells = (row[n] for n in ("nodal_diameter", "family", "order"))
         table.add_row(*map(str, cells), f"{factor * row['speed']:.1f}")
-    Console().print(table)
+    console = Console()
+    console.print(table)
+    console.print(
+        "order n: waves of rotor and casing meet at n times the casing's frequency, "
+        "(ω_rotor + n ω_casing) / k; --orders 1 lists the first alone", soft_wrap=True
+    )  # fmt: skip

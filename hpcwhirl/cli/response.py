@@ -156,7 +156,7 @@ def _show(found: Study, share: float, worth: list[float]) -> None:
     from rich.table import Table
 
     heads = "place", f"peak at, {shown_in(ANGULAR)[0]}", "amplitude", "AF"
-    table = Table(*heads, "separation margin", "required", "verdict")
+    table = Table(*heads, "margin", "required", "verdict")
     for place, peak, margin in found.margins():
         table.add_row(place, *_row(place, peak, margin))
     console = Console()
@@ -174,9 +174,10 @@ def _head(found: Study) -> list[str]:
     of = ", 4 * 6350 g mm W/N of API 617" if found.assumed else ""
     low, high = (in_shown(speed, ANGULAR, 5) for speed in found.operating)
     ends = (in_shown(found.points[i].speed, ANGULAR, 4) for i in (0, -1))
+    moment = in_shown(found.scene.unbalance, "kg m", 4)
     line = (
-        f"response to an unbalance of {found.scene.unbalance:.4g} kg m{of}, without "
-        f"contact, from {' to '.join(ends)}; operating speeds {low} to {high}"
+        f"response to an unbalance of {moment}{of}, without contact, from "
+        f"{' to '.join(ends)}; operating speeds {low} to {high}"
     )
     return [line]
 

@@ -224,13 +224,6 @@ def motion_told(facts: Mapping[str, Any]) -> str:
     )
 
 
-def _span(first: float, last: float) -> str:
-    """Return two speeds as text, "370 to 430 rad/s"; as one if they are equal."""
-    unit, factor = shown_in(ANGULAR)
-    ends = (f"{factor * end:.5g}" for end in (first, last))
-    return f"{' to '.join(dict.fromkeys(ends))} {unit}"
-
-
 def _row(told: Quantity, name: str, value: float) -> tuple[str, str]:
     """Return name with unit, and value, of a quantity in the unit that is shown."""
     unit, factor = shown_in(told.unit)
@@ -244,10 +237,10 @@ def over_speed_told(facts: Mapping[str, Any]) -> list[str]:
 
     facts : results of the case by name
     """
-    from hpcwhirl.analysis.over_speed import spells_of
+    from hpcwhirl.analysis.over_speed import speeds_told, spells_of
 
     lines = [
-        f"{one.begin:.4g} to {one.end:.4g} s, {_span(one.first, one.last)}: "
+        f"{one.begin:.4g} to {one.end:.4g} s, {speeds_told(one, ' to ')}: "
         f"{one.regime}, whirl {one.whirl}"
         for one in spells_of(facts.get("words_over_speed", ""))
     ]

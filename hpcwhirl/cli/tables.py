@@ -22,6 +22,7 @@ from hpcwhirl.scene.units import AS_STORED, showing, shown_in
 if TYPE_CHECKING:
     import xarray
 
+SPELLS = "words_over_speed"
 AT_ONCE = 10_000  # rows converted at a time: Python objects take 10 times the memory
 Columns = Mapping[str, NDArray[Any]]
 Units = Mapping[str, str]
@@ -54,15 +55,28 @@ def in_units(
     columns : {name: values (rows,)}, in SI
     units : {name: unit}, "" for a column without a unit
     """
-    asked = asked_units(args.units)
-    if args.units is None and (args.csv or args.json):
+    asked, stored = asked_units(args.units), args.units is None and _is_data(args)
+    if stored:
         asked = (AS_STORED,)
     with showing(asked):
         shown = {name: shown_in(unit) for name, unit in units.items()}
+        spells = {SPELLS} & ({*columns} if not stored else set())
+        told = {name: _spells(columns[name]) for name in spells}
     return (
-        {name: _times(values, shown[name][1]) for name, values in columns.items()},
+        {n: _times(values, shown[n][1]) for n, values in columns.items()} | told,
         {name: unit for name, (unit, _) in shown.items()},
     )
+
+
+def _spells(values: NDArray[Any]) -> NDArray[Any]:
+    """Return texts of `words_over_speed` with speeds in the unit that is shown."""
+    from hpcwhirl.analysis.over_speed import in_shown_units
+
+    return np.array([in_shown_units(one) for one in values.tolist()], dtype=object)
+
+
+def _is_data(args: argparse.Namespace) -> bool:
+    return bool(args.csv or args.json)
 
 
 def _times(values: NDArray[Any], factor: float) -> NDArray[Any]:
@@ -97,7 +111,7 @@ def print_data(
     elif args.json:
         told = {n: u for n, u in units.items() if u}
         _print_json({**facts, "units": told}, rows, columns)
-    return bool(args.csv or args.json)
+    return _is_data(args)
 
 
 def _print_json(facts: Mapping[str, Any], rows: str, columns: Columns) -> None:

@@ -72,6 +72,20 @@ def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:
     return preset_inputs(name)
 
 
+def scene_of_preset(inputs: Mapping[str, Any]) -> Scene | None:
+    """Return the scene of nested inputs whose solver names a preset; None: it does not.
+
+    inputs : those of `Scene`, such as {"speed": 330.0, "solver": {"preset": "draft"}}
+
+    Raises
+    ------
+    InputError
+        for an unknown preset, or a wrong input
+    """
+    preset = preset_in(inputs)
+    return _set(dict(inputs), preset, {}) if preset else None
+
+
 def scene_of_document(
     document: Mapping[str, Any],
     extra_tables: Sequence[str] = (),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, ValidationError
 
+from hpcwhirl.errors import InputError, shown
 from hpcwhirl.scene import contact_laws
 from hpcwhirl.scene.engine_parts import Engine
 from hpcwhirl.scene.history import checked
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from hpcwhirl.scene.typed_inputs import SceneInputs
 
+OF_FILE = " (of a file: hpcwhirl.Design.of(file).base)"
 SpeedTable = Annotated[str, AfterValidator(partial(table_over_time, name="speed"))]
 GapTable = Annotated[str, AfterValidator(partial(table_over_time, name="gap"))]
 
@@ -103,8 +105,13 @@ class _Told(type(Inputs)):  # type: ignore[misc]
     if not TYPE_CHECKING:  # where the signature is that of `Scene.__init__`
 
         def __call__(cls, *args: Any, **inputs: Any) -> Any:
+            from hpcwhirl.scene.documents import scene_of_preset  # imports this module
+
+            if args:
+                told = f"Scene takes inputs by name, as speed=330.0{OF_FILE}"
+                raise InputError(f"{told}, got {shown(args[0])}")
             try:
-                return super().__call__(*args, **inputs)
+                return scene_of_preset(inputs) or super().__call__(**inputs)
             except ValidationError as failed:
                 from hpcwhirl.scene.plain_data import told_by  # imports this module
 

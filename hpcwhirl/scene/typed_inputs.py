@@ -116,6 +116,7 @@ class SolverInputs(TypedDict, total=False):
     longest: Number
     estimate: Literal["none", "step"]
     amplitude_limit: Number
+    preset: str
 
 
 class OutputInputs(TypedDict, total=False):

@@ -111,7 +111,8 @@ WRITTEN = (
     "Pa s", "J", "mJ", "kJ", "kg m", "g m", "kg mm", "kg m^2",
 )  # fmt: skip
 TURNING = {ANGULAR, "rpm", "RPM", "krpm", *CYCLES}
-PRACTICAL = {"m": ("mm", 1e3), "N": ("kN", 1e-3)}  # {SI unit: (unit shown, factor)}
+# {SI unit: (unit shown, factor)}
+PRACTICAL = {"m": ("mm", 1e3), "N": ("kN", 1e-3), "kg m": ("kg mm", 1e3)}
 AS_SHOWN, AS_STORED = "practical", "si"  # words accepted instead of names of units
 Found = TypeVar("Found")
 _asked: ContextVar[tuple[str, ...]] = ContextVar("asked", default=(AS_SHOWN,))

@@ -75,10 +75,12 @@ def _input(full: str, fact: InputFact) -> str:
     lines = [f"# {full}", "", _sentence(fact.meaning), ""]
     rows = [("table", f"`[{fact.table}]`"), ("default", _default(fact) or "none"),
             ("unit", fact.unit or "none"), ("allowed", fact.allowed)]  # fmt: skip
-    lines += table(("", ""), [[a, b.replace("|", "\\|")] for a, b in rows if b])
+    head, *rest = ([a, b.replace("|", "\\|")] for a, b in rows if b)
+    lines += table(head, rest)
     if fact.rules:
         lines += ["", _sentence(fact.rules)]
-    lines += ["", "```toml", f"[{fact.table}]", f"{fact.name} = {value}", "```"]
+    unit = f"  # {fact.unit}" if fact.unit not in ("", "1") else ""
+    lines += ["", "```toml", f"[{fact.table}]", f"{fact.name} = {value}{unit}", "```"]
     pages = _explained(fact.name)
     if pages:
         links = ", ".join(f"[{p}](../../hpcwhirl/manual/{p}.md)" for p in pages)
@@ -125,7 +127,8 @@ def python() -> tuple[str, str]:
         if not name.startswith("_"):
             thing = getattr(hpcwhirl, name)
             home = getattr(thing, "__module__", None) or f"hpcwhirl.{name}"
-            lines += [f"::: {home}.{name}", ""]
+            lines += [f"::: {home}.{name}", "    options:",
+                      f"        heading: hpcwhirl.{name}", ""]  # fmt: skip
     return "python", "\n".join(lines) + "\n"
 
 

@@ -460,4 +460,6 @@ def test_a_balanced_rotor_gets_the_unbalance_of_the_standard(capsys):
     assert facts["unbalance"] == pytest.approx(unbalance_of(mass, 500.0))
     assert facts["unbalance_of_api617"]
     assert main(["response", *sets]) == 0
-    assert "4 * 6350 g mm W/N of API 617" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "4 * 6350 g mm W/N of API 617" in shown
+    assert "…" not in shown  # no head or cell of the table is cut

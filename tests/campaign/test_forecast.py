@@ -17,6 +17,7 @@ from hpcwhirl.campaign.begin import Policy, prepare
 from hpcwhirl.campaign.foresight import forecast as forecasts
 from hpcwhirl.campaign.foresight.forecast import forecast
 from hpcwhirl.campaign.foresight.foreseen import followers
+from hpcwhirl.campaign.foresight.growth import foretold
 from hpcwhirl.campaign.plan import cost as costs
 from hpcwhirl.campaign.plan.cost import Costs, time_steps
 from hpcwhirl.campaign.plan.design import Design, design_of
@@ -500,3 +501,16 @@ def test_a_dry_run_tells_in_how_many_cases_a_free_motion_grows(tmp_path, capsys)
     assert 0 < sum(grows) < 4
     assert f"in {sum(grows)} of 4 cases" in told
     assert f"at {speeds[grows.index(True)]:g} to 900 rad/s" in told
+
+
+def test_a_dry_run_tells_which_cases_their_model_refuses():
+    rotor = {"blades": 6, "elements": 2, "lost_blade": 0}
+    tables = {
+        "engine": {"rotation": "full", "rotor": rotor},
+        "solver": {"modes": 14},
+        "sweep": {"amplitude_limit": [1e-4, 50.0]},
+    }
+    line, *_ = foretold(design_of(tables))
+    assert re.match(r"1 of 2 cases will be refused, the first case 0: amplitude_", line)
+    tables["sweep"] = {"amplitude_limit": [40.0, 50.0]}
+    assert not any("refused" in line for line in foretold(design_of(tables)))

@@ -728,3 +728,16 @@ def test_a_result_draws_its_orbit_in_both_frames():
     assert f"k = {scene.nodal_diameter}" in static.figure.get_suptitle()
     with pytest.raises(InputError, match='traces = "orbit"'):
         Result(case.row, {}, {}).plot()
+
+
+def test_results_are_shown_in_the_units_of_the_file_whoever_gathers_them(tmp_path):
+    tables = TABLES | {"sweep": {"speed": ["3000 rpm", "4000 rpm"]}}
+    with hpcwhirl.campaign(tables, tmp_path) as data:
+        assert data.attrs["units"] == "rpm"
+    (tmp_path / "results.h5").unlink()
+    assert main(["gather", str(tmp_path)]) == 0
+    with hpcwhirl.open_results(tmp_path) as data:
+        assert data.attrs["units"] == "rpm"
+    again = tables | {"sweep": {"speed": ["50 Hz", "4000 rpm"]}}  # the same cases
+    with hpcwhirl.campaign(again, tmp_path) as data:
+        assert data.attrs["units"] == "Hz"

@@ -41,6 +41,12 @@ def test_links_between_made_pages_and_the_manual_lead_somewhere(pages):
                 assert place.exists(), (name, target)
 
 
+def test_every_page_of_the_manual_is_in_the_menu_once():
+    menu = (reference.TOP / "scripts/docs/mkdocs.yml").read_text("utf-8")
+    listed = re.findall(r"hpcwhirl/manual/(\w+)\.md$", menu, re.M)
+    assert sorted(listed) == sorted(path.stem for path in reference.MANUAL.glob("*.md"))
+
+
 def test_what_follows_a_name_in_a_docstring_is_its_meaning():
     pytest.importorskip("griffe", reason="needs the extra docs")
     from docs.docstrings import with_meanings

@@ -162,7 +162,7 @@ def test_a_command_says_where_the_circle_is(capsys):
     assert told["force"] == pytest.approx(told["unbalance"] * 410.0**2)
     assert main(["model", *given, *small]) == 0
     shown = " ".join(capsys.readouterr().out.split())
-    assert re.search(r"unbalance 1\.\d+ kg m, .* times the size of the gap", shown)
+    assert re.search(r"unbalance 1\d+ kg mm, .* times the size of the gap", shown)
 
 
 def test_a_gap_at_rest_is_that_of_the_whole_wheel():

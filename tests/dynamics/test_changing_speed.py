@@ -11,6 +11,7 @@ from scipy.special import fresnel
 from hpcwhirl.analysis.over_speed import (
     Spell,
     crossings,
+    in_shown_units,
     spells_of,
     told_over_speed,
     words_over_speed,
@@ -25,6 +26,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.waves import largest_growth, tip_growth, turning_matrices
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.units import showing
 from hpcwhirl.scene.words import BY_PULSE, BY_SPEED
 from hpcwhirl.structure.elements import Section
 from hpcwhirl.structure.rotation import loads_of
@@ -529,6 +531,10 @@ def test_words_over_speed_are_read_as_they_were_told():
         Spell(0.5, 1.0, 150.0, 200.0, "sustained", "backward"),
     ]
     assert spells_of(told_over_speed(spells)) == spells
+    one = "0..0.5 s 100..100 rad/s damped none"
+    with showing(("rpm",)):
+        turned = in_shown_units(f"{one}; {one}")
+    assert turned == "; ".join(2 * ["0..0.5 s 954.93 rpm damped none"])
     assert spells_of("") == []
 
 

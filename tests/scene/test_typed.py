@@ -5,6 +5,7 @@ import pydoc
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -12,12 +13,14 @@ import typed_inputs
 
 import hpcwhirl
 from hpcwhirl.errors import InputError
+from hpcwhirl.scene import scene_of_document
 from hpcwhirl.scene import typed_inputs as written
 
 RIGHT = """
 import hpcwhirl
 hpcwhirl.Scene(speed=330.0, gap="0.5 mm")
 hpcwhirl.Scene(engine={"rotor": {"blades": 18}}, output={"traces": "full"})
+hpcwhirl.Scene(solver={"preset": "draft"})
 hpcwhirl.campaign("whirl.toml", "first", ranks=4, case_limit=3.0)
 case = hpcwhirl.simulate(hpcwhirl.Scene(speed=330.0))
 print(case.dataset.centre, case.row["regime"])
@@ -81,11 +84,21 @@ def test_a_result_fits_a_screen_and_is_xarray_with_units():
     assert data.attrs["speed"] == scene.speed
 
 
+def test_a_scene_takes_a_preset_as_a_file_does():
+    text = "[solver]\npreset = 'draft'\n"
+    assert hpcwhirl.Scene(solver={"preset": "draft"}) == scene_of_document(
+        tomllib.loads(text)
+    )
+
+
 @pytest.mark.parametrize(
     ("call", "told"),
     [
         (lambda: hpcwhirl.simulate({"speed": 330}), r"a Scene \(of a mapping: Scene"),
         (lambda: hpcwhirl.simulate(3), "simulate takes a Scene, got 3"),
+        (lambda: hpcwhirl.simulate("fan.toml"), r"Design\.of\(file\)\.base\), got 'f"),
+        (lambda: hpcwhirl.Scene("fan.toml"), r"Design\.of\(file\)\.base\), got 'f"),
+        (lambda: hpcwhirl.Scene(solver={"preset": "drat"}), "'drat'; .*'draft'"),
         (lambda: hpcwhirl.words("regime"), r"as words\(data.regime\), got 'regime'"),
     ],
 )

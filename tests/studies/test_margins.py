@@ -19,6 +19,7 @@ from hpcwhirl.scene.words import ENUMS
 
 LETTERS = {"d": "damped", "S": "sustained", "X": "divergent", "?": "undecided"}
 NAN = float("nan")
+RAMPS = [(300.0, 10.0), (400.0, -10.0)]
 
 
 def worded(folder, cases, letters):
@@ -409,3 +410,17 @@ def test_points_between_are_refused_where_other_inputs_follow(tmp_path, capsys):
     synthetic(drawn, [{"gap": g, "speed": s} for g, s in [(1e-4, 1.0), (2e-4, 2.0)]])
     assert main(["margin", str(drawn), "--check", "5"]) == 2
     assert "but gap has values only where cases" in capsys.readouterr().err
+
+
+def test_without_a_swept_speed_the_ranges_are_over_the_first_number(tmp_path, capsys):
+    cases = [{"casing.contact_law": "rigid", "gap": gap} for gap in (1e-4, 2e-4)]
+    place = worded(tmp_path / "c", cases, "dS")
+    assert main(["margin", str(place)]) == 0
+    assert capsys.readouterr().out.startswith("over gap, all cases")
+
+
+def test_a_speed_that_changes_is_told_to_be_that_at_the_start(tmp_path, capsys):
+    place = tmp_path / "c"
+    worded(place, [{"speed": s, "acceleration": a} for s, a in RAMPS], "dd")
+    assert main(["margin", str(place)]) == 0
+    assert "speed is that at which a run begins" in capsys.readouterr().err

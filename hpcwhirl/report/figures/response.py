@@ -47,7 +47,7 @@ def draw_response(found: Study) -> Any:
                      lw=0.5, zorder=0, label=told)  # fmt: skip
         axes.set_xlim(0.0, speeds[-1])
     name = title_of(found.scene.engine.name, found.scene.engine.file)
-    moment = f"{found.scene.unbalance:.4g} kg m"
+    moment = in_shown(found.scene.unbalance, "kg m", 4)
     size.set_title(f"{name}: response to {moment} without contact", parse_math=False)
     legend_below(figure, size, force)
     return figure

@@ -30,7 +30,9 @@ SAMPLE = "sample"  # an entry of `base`: {method, seed, inputs} of drawn inputs
 PHYSICS = "physics version"  # an entry of `base`: version of the equations
 BEYOND = (MEASURE, SAMPLE)  # entries that a campaign must keep when it is continued
 # keys that older plans lack, and what they then are
-LATER_KEYS: dict[str, Any] = {"extended": [], "twins": {}, "refine": {}, "machines": []}
+LATER_KEYS: dict[str, Any] = {
+    "extended": [], "twins": {}, "refine": {}, "machines": [], "units": []
+}  # fmt: skip
 SEALED = b'{\n "seal": "%b",\n'
 SEAL = re.compile(rb'\{\n "seal": "([0-9a-f]{64})",\n')
 REMEDY = (
@@ -56,6 +58,7 @@ class Manifest:
     twins : table [twins]; empty: no twins
     machines : what decides the last digits of results, {fact: text}, of the process
         that began the campaign, then of ranks of other kinds, see `campaign.machine`
+    units : those of the campaign's file, in which its numbers are shown
     """
 
     engine: str
@@ -69,6 +72,7 @@ class Manifest:
     refine: dict[str, Any] = field(default_factory=dict)
     twins: dict[str, Any] = field(default_factory=dict)
     machines: list[dict[str, str]] = field(default_factory=list, compare=False)
+    units: list[str] = field(default_factory=list, compare=False)
 
     @cached_property
     def table(self) -> Table:
@@ -233,9 +237,10 @@ def _has_types(data: dict[str, Any]) -> bool:
     """Return whether the entries of a plan read from JSON have the right types."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
     kinds |= {"extended": list, "twins": dict, "refine": dict, "machines": list}
+    kinds |= {"units": list}
     return (
         all(isinstance(data[name], kind) for name, kind in kinds.items())
-        and all(isinstance(name, str) for name in data["swept"])
+        and all(isinstance(name, str) for name in (*data["swept"], *data["units"]))
         and all(isinstance(time, float) for time in data["extended"])
         and all(map(_are_facts, data["machines"]))
     )

@@ -196,6 +196,7 @@ def _define_head(
         "Conventions": CONVENTIONS,
         "title": f"hpcwhirl campaign, {plan.engine}",
         "history": HISTORY,
+        "units": ",".join(plan.units),
     }
     if plan.machines:
         head["machines"] = "\n".join(map(_machine_told, plan.machines))
