@@ -105,6 +105,7 @@ def test_a_campaign_extended_twice_goes_on_from_where_it_was(tmp_path):
                 assert kept == value, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [8, 20])
 def test_a_kill_in_the_middle_of_an_extension_changes_no_bit(
     whole, tmp_path, monkeypatch, after
@@ -207,6 +208,7 @@ def test_the_last_shard_to_go_on_has_the_results_of_all(whole, tmp_path):
     assert root_variables(tmp_path) == whole
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @pytest.mark.parametrize("words", [(), ("--isolate",)])
 def test_two_ranks_extend_to_the_same_bits(whole, tmp_path, words):

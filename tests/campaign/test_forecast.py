@@ -244,6 +244,7 @@ def test_what_all_would_take_to_their_end_is_of_the_steps_that_were_made(
     assert found.seconds < found.most
 
 
+@pytest.mark.slow
 def test_a_pilot_keeps_what_it_computed_and_the_campaign_goes_on_from_it(
     tmp_path, capsys
 ):
@@ -273,6 +274,7 @@ def test_a_pilot_keeps_what_it_computed_and_the_campaign_goes_on_from_it(
     assert all(after[name] == record for name, record in first.items())
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 def test_a_pilot_changes_no_bit_on_any_number_of_ranks(tmp_path):
     file, out, whole = (tmp_path / name for name in ("c.toml", "out", "whole"))

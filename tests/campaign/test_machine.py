@@ -60,6 +60,7 @@ def lines_of(done):
     return [line for line in done.stderr.splitlines() if "otherwise than" in line]
 
 
+@pytest.mark.slow
 @x86
 def test_a_campaign_that_goes_on_on_another_machine_says_so_or_is_refused(
     file, tmp_path
@@ -85,6 +86,7 @@ def test_a_campaign_that_goes_on_on_another_machine_says_so_or_is_refused(
     assert not lines_of(done)
 
 
+@pytest.mark.slow
 @x86
 @pytest.mark.mpi
 def test_a_rank_on_another_machine_is_told_once(file, tmp_path):
@@ -106,6 +108,7 @@ def test_a_rank_on_another_machine_is_told_once(file, tmp_path):
     assert len(PlanFile(out).read().machines) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 def test_ranks_that_are_alike_are_not_told(file, tmp_path):
     out = tmp_path / "out"

@@ -523,6 +523,7 @@ def test_a_campaign_within_its_own_measure_is_refused_at_once(tmp_path):
         assert (data.status == "ok").all()
 
 
+@pytest.mark.slow
 def test_threads_of_the_callers_blas_change_no_bit_and_stay_as_they_were():
     """OpenBLAS rounds the matrices of a step otherwise on two threads than on one."""
     free = {n: v for n, v in ENVIRONMENT.items() if not n.endswith("_NUM_THREADS")}

@@ -537,6 +537,7 @@ def test_rows_are_coarse_first_then_by_level_panel_and_place(refined):
     assert Results(refined).scene(40).gap == float(data["gap"][40])
 
 
+@pytest.mark.slow
 def test_the_order_of_arrival_and_older_rows_change_no_bit(refined, tmp_path):
     again = refined_campaign(tmp_path / "again", DOCUMENT, line, seed=5)
     assert root_variables(again) == root_variables(refined)

@@ -345,6 +345,7 @@ force = {distribution = "lognormal", median = 75e3, deviation = 0.2}
 )
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @pytest.mark.mpiio
 def test_a_sampled_campaign_has_the_same_bits_for_any_ranks_and_kills(tmp_path):

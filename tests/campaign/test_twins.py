@@ -407,6 +407,7 @@ def test_a_dry_run_counts_twins(tmp_path, facts):
     assert found["bytes"]["results"] > alone["bytes"]["results"]
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 def test_two_ranks_have_the_same_twins(whole, tmp_path):
     import tomli_w

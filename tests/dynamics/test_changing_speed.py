@@ -142,6 +142,7 @@ def passage():
     return SimpleNamespace(march=march, history=history)
 
 
+@pytest.mark.slow
 def test_a_run_up_is_that_of_another_integrator(passage):
     found = passage.history.centre @ [1.0, 1j]
     true = by_another(passage.march, passage.history.time)

@@ -320,6 +320,7 @@ print(kernel_cache.DIGEST, open_until(1.0, -2.0, 0.0), hits)
 """
 
 
+@pytest.mark.slow
 def test_a_new_docstring_compiles_nothing_and_a_new_constant_does(tmp_path):
     shutil.copytree(ROOT / "hpcwhirl", tmp_path / "hpcwhirl")
     file = tmp_path / "hpcwhirl/dynamics/kernels/loop/flight.py"

@@ -108,6 +108,7 @@ def test_a_run_that_is_marched_otherwise_begins_anew(steps_of):
     assert sum(made) >= short["steps"] + round(long["certificate"] / 4e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("settings", [{}, {"scheme": "exact", "rotation": "full"}])
 def test_a_case_stopped_again_and_again_has_the_same_bits(
     settings, tmp_path, monkeypatch

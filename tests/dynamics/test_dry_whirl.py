@@ -283,6 +283,7 @@ def test_the_slower_of_black_s_orbits_is_unstable(rigid_disk):
     assert told(above, 100.0, 0.1, 0.15)[1] > 2.0 * slow[1]
 
 
+@pytest.mark.slow
 def test_dry_whip_begins_at_black_s_friction(rigid_disk):
     least, ends = onset(100.0), {}
     root = black(1.1 * least, 100.0)[0]
@@ -352,6 +353,7 @@ def test_the_unstable_orbit_of_dry_whip_is_found_by_bisection(whip, speed):
     assert normal == pytest.approx(OUTER * MASS * OWN**2 * UNSTABLE * GAP, rel=0.02)
 
 
+@pytest.mark.slow
 def test_dry_whip_in_a_spring_begins_at_the_published_friction(whip):
     # mu = c sqrt((k + k_b) / m) / k_b is that of an infinite orbit; of 40 r_0 it is
     # c sqrt((k + k') / m) / k'

@@ -127,6 +127,7 @@ def test_w_is_that_of_both_bodies_wherever_the_blades_are():
         assert np.abs(found - want).max() < 1e-12 * np.abs(want).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blades", [1, 2, 5, 22])
 def test_contacts_of_unequal_blades_are_opened_by_any_way(blades):
     # the set that is kept, the penetrating blades, or pivoting: one solution
@@ -254,6 +255,7 @@ def test_the_rest_in_closed_form_is_the_rest_marched():
     assert_rest_as_marched(one, other, late=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("modes", "share"), [(slice(None), 0.05), ([12], 0.9)])
 def test_the_bound_of_the_certificate_is_one_of_each_blade(modes, share):
     march = march_of(7, gap=1.0, force=0.0, duration=0.05)

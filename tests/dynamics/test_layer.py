@@ -65,6 +65,7 @@ def pushed(depths, give=1e-18, layer=PLASTIC, turn=0.0, rods=8):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("under", [1, 4])
 def test_a_push_follows_the_bilinear_curve_of_each_rod_under_the_tip(under):
     depth, first = np.linspace(0, 3e-5, 61), LIMIT / STIFF

@@ -106,6 +106,7 @@ def test_multipliers_and_friction_are_what_moves_the_modes():
     assert pushed == pytest.approx(want, rel=1e-6, abs=1e-9 * np.abs(want).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_rotation_work_is_the_transport_over_the_deformed_ring(scheme):
     # - sum lambda Omega dw/dtheta dt, from the ring's shape at each contact
@@ -388,6 +389,7 @@ def test_complementarity_of_random_contacts(friction):
         assert np.abs(lam * after).max() < 1e-15 * max(lam.max(), 1.0)
 
 
+@pytest.mark.slow
 def test_the_guess_is_the_solution_or_says_no():
     # from the last solution's set, from the penetrating set, else by pivoting
     wide, right, known = 12, 0, np.zeros(keep.length_of_known(22), np.int64)

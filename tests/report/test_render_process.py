@@ -55,6 +55,7 @@ def as_rank(monkeypatch):
     monkeypatch.setattr(render_process, "sys", SimpleNamespace(modules=bare))
 
 
+@pytest.mark.slow
 def test_a_campaign_loads_nothing_that_only_maps_need(finished, tmp_path):
     """Neither a plain one nor, after it in the same process, a refined one."""
     plain = finished.parent / "short.toml"

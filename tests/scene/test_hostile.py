@@ -239,6 +239,7 @@ def test_what_stands_in_for_a_closed_stream_is_open_for_children_too():
     assert done.stdout == "[True, True, True]\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stdout", "code"), [(">/dev/full", 75), ("> >(exec true)", 1), (">&-", 0)]
 )
@@ -252,6 +253,7 @@ def test_a_stdout_that_takes_nothing_loses_no_file(tmp_path, stdout, code):
     assert list((tmp_path / "p").glob("*.png"))
 
 
+@pytest.mark.slow
 def test_who_has_read_enough_of_a_list_is_no_failure(finished, tmp_path):
     words = f"cases {finished}"
     done = shell(f"hpcwhirl {words} > >(exec true); echo", tmp_path)
@@ -260,6 +262,7 @@ def test_who_has_read_enough_of_a_list_is_no_failure(finished, tmp_path):
     assert (tmp_path / "code").read_text() == "0\n"
 
 
+@pytest.mark.slow
 def test_pictures_are_drawn_whatever_the_backend_of_a_notebook(finished, tmp_path):
     done = shell(f"MPLBACKEND=none hpcwhirl map {finished} --out m", tmp_path)
     assert (done.returncode, done.stderr) == (0, "")

@@ -168,6 +168,7 @@ mistuning = {distribution = "normal", mean = 0.0, deviation = 0.05}
 )
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 def test_two_ranks_compare_with_the_same_tuned_engine(tmp_path):
     path = tmp_path / "population.toml"
