@@ -48,7 +48,7 @@ WORD = "word"  # variable with a case's regime or, without one, why it has none
 # {variable that only some campaigns have: what they need for it}
 NEEDS = (
     dict.fromkeys(CHAOS, "output.chaos > 0")
-    | dict.fromkeys(ESTIMATED, 'solver.estimate = "step"')
+    | dict.fromkeys(ESTIMATED, 'solver.estimate = "step" or "all"')
     | dict.fromkeys(BLADES, 'output.traces = "blades" or "full"')
     | dict.fromkeys(WORN, "a layer that wears (casing.contact_law)")
     | dict.fromkeys(OVER_SPEED, "a speed or gap that changes, or a blade lost later")

@@ -1,4 +1,4 @@
-"""The error of a case, estimated from a second run with a longer time step.
+"""The error of a case, estimated from a second, coarser run.
 
 A motion with contact has no order of convergence on which Richardson's extrapolation
 could rely. So the difference of both runs is stored as it is.
@@ -21,7 +21,7 @@ NO_COARSE: dict[str, float | str] = {
 
 
 def told_of_estimate(row: Mapping[str, Any]) -> str:
-    """Return a remark on how far a run with a longer step differs; "" if there is none.
+    """Return a remark on how far a coarser run differs; "" if there is none.
 
     row : results of the case
     """
@@ -32,13 +32,13 @@ def told_of_estimate(row: Mapping[str, Any]) -> str:
         return "no estimate of the step's error: no longer step is stable"
     parts = [f"{row[of]:.4g} m ({of}) differs by {100 * row[name]:.2g} %"
              for name, of in COMPARED.items()]  # fmt: skip
-    return f"with a longer time step: {word}; {', '.join(parts)}"
+    return f"computed coarser: {word}; {', '.join(parts)}"
 
 
 def estimated(
     row: Mapping[str, Any], coarse: Mapping[str, Any], gap: float
 ) -> dict[str, float | str]:
-    """Return how far the results of a case differ from those with a longer step.
+    """Return how far the results of a case differ from those of a coarser run.
 
     The variables are those of `scene.quantities.ESTIMATED`.
 

@@ -34,7 +34,7 @@ from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.analysis.support_force import loss_numbers, support_force
 from hpcwhirl.analysis.whirl import static_frame
 from hpcwhirl.case.bounds import lean_checked, told_beyond
-from hpcwhirl.case.coarser import longer_step
+from hpcwhirl.case.coarser import coarser
 from hpcwhirl.case.handover import TOLD as HANDED_OVER
 from hpcwhirl.case.limits import told_of_film
 from hpcwhirl.case.profile import told_of_profile
@@ -333,14 +333,14 @@ class Course:
     def _with_estimate(
         self, result: Result, between_slices: Callable[[], None] | None
     ) -> Result:
-        """Add how far a run with a longer step differs, if `solver.estimate` asks.
+        """Add how far a coarser run differs, if `solver.estimate` asks.
 
         If the run is stopped meanwhile, it begins anew.
         """
         case = self.march.case
         if case.given.solver.estimate == "none":
             return result
-        coarse = longer_step(case)
+        coarse = coarser(case)
         row: dict[str, Value] = dict(NO_COARSE)
         performance = dict(result.performance)
         if coarse is not None:

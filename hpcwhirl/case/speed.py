@@ -492,10 +492,11 @@ def check_change(scene: Scene, model: Model) -> None:
         _check_law(scene, law)
     schedule = schedule_of(scene, model)
     least = schedule.least_gap(0) if schedule else scene.gap
-    if not least > 0.0:
+    if not least >= 0.0:
         raise InputError(
-            "gap must stay open: closure and growth of the tips would leave "
-            f"{least:.6g} m of it, got gap {scene.gap:.6g} m at the start"
+            f"gap must be >= {scene.gap - least:.6g} m, by which closure and growth of "
+            "the tips reduce it (the tips would press on the casing all around without "
+            f"any motion), got {scene.gap:.6g}"
         )
 
 

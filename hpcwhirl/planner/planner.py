@@ -47,7 +47,7 @@ class Completion(NamedTuple):
     outcome, regime, whirl : words of the result; "none" if there is none
     features : numbers that describe its motion, see `refinement.words.features_of`
     is_open : whether the regime may change in a longer run
-    coarse_regime : regime with a longer time step; "none" without `solver.estimate`
+    coarse_regime : regime of the coarser run; "none" without `solver.estimate`
     """
 
     status: str

@@ -64,9 +64,10 @@ class Solver(Inputs):
         "run, `decided` is `end`")
     longest: Positive = given(20.0, "s",
         "with until = decided: largest engine time of a case; not below duration")
-    estimate: Literal["none", "step"] = given("none", "1",
+    estimate: Literal["none", "step", "all"] = given("none", "1",
         "step: integrate each case again with twice the step, or the longest stable "
-        "one, and store how far radius, peak and word differ: half as much time again")
+        "one, and store how far radius, peak and word differ: half as much time again; "
+        "all: also with a family of modes and a third of the ring's waves less")
     amplitude_limit: Positive = given(0.1, "1",
         "ratio of tip displacement to R_bd at which a run ends; displacement is the "
         "length of the vector of radial and tangential parts")

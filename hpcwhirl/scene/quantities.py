@@ -152,9 +152,9 @@ CHAOS: dict[str, Quantity] = {
     **_real("1", return_distance="distance after a period / size of the motion"),
     **_real("1", zero_one="K of the 0-1 test: 0 regular, 1 chaotic"),
 }
-# variables of campaigns with solver.estimate = "step"; NaN: no longer step is stable
+# variables of campaigns with solver.estimate; NaN: no longer step is stable
 ESTIMATED: dict[str, Quantity] = {
-    **_word(coarse_regime="regime of the run with up to twice the time step"),
+    **_word(coarse_regime="regime of the coarser run of solver.estimate"),
     **_real("1", radius_error="difference of orbit_radius from that run / the larger of"
              " orbit_radius and 0.01 gap"),
     **_real("1", peak_error="the same of centre_peak"),

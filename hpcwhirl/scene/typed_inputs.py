@@ -114,7 +114,7 @@ class SolverInputs(TypedDict, total=False):
     plan: Literal["lean", "everything"]
     until: Literal["end", "certain", "decided"]
     longest: Number
-    estimate: Literal["none", "step"]
+    estimate: Literal["none", "step", "all"]
     amplitude_limit: Number
     preset: str
 

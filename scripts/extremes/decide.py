@@ -1,88 +1,46 @@
 """Scenes at the extremes: each gives a right answer, by a law, or a clear refusal.
 
-    python scripts/extremes/decide.py [WORD...]   all, or whose extreme has a WORD
+    python scripts/extremes/decide.py [WORD...]   all, or whose extreme has each WORD
     python scripts/extremes/decide.py --write     all, and extremes.md anew
-    python scripts/extremes/decide.py --long      those of 1e7 steps and more, alone
+    python scripts/extremes/decide.py --rows FILE go on: scenes with a row of the same
+                                          code in FILE are not tried again
     python scripts/extremes/decide.py --random 300 --seed 1
                                           random scenes of the whole allowed box, every
                                           other one with a feature on (`FEATURES`)
 
-Scenes run in a process apart, each with a time limit, warnings being errors: a hang, a
-crash or a stray line is a finding too, after which another process goes on. Exits 1
-where a law is broken.
+Scenes run in --workers processes apart (`workers.py`), each scene with a limit of
+--limit seconds of the processor, beyond which its row says OVER: that, a hang, a crash
+or a warning is a broken row, too. Exits 1 where one is broken.
 """
 
 from __future__ import annotations
 
-import multiprocessing
-import resource
+import json
 import sys
 import time
-import traceback
-import warnings
-from collections.abc import Iterator
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of, processor_time, table, tell
+from common import parser_of, table, tell, working_folder
 from extremes import crossed
 from extremes.drawn import random_scene, with_feature
-from extremes.laws import Broken
 from extremes.table import TABLE, Extreme
+from extremes.workers import LIMIT, Answer, apart
+from last_run import code_of
 
 PAGE = Path(__file__).with_name("extremes.md")
-LIMIT = 300.0  # s for one scene, compilation of its kernel included
-Answer = tuple[bool, str]
-
-
-def decide(extreme: Extreme) -> Answer:
-    """Return (whether its law holds, what came out or what is broken)."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        try:
-            return True, extreme.law(extreme.settings)
-        except Broken as broken:
-            return False, f"BROKEN: {broken}"
-        except Exception:  # noqa: BLE001 - a traceback is the finding
-            last = traceback.format_exc().strip().splitlines()
-            return False, f"TRACEBACK: {last[-1]} at {last[-3].strip()}"
-
-
-def serve(extremes: list[Extreme], answers: Connection) -> None:
-    """Decide scenes one after the other; send each answer at once."""
-    for extreme in extremes:
-        answers.send(decide(extreme))
-
-
-def apart(extremes: list[Extreme]) -> Iterator[Answer]:
-    """Yield `decide` of scenes, by a process that goes on until a scene ends it."""
-    context, done = multiprocessing.get_context("fork"), 0
-    while done < len(extremes):
-        mine, its = context.Pipe(duplex=False)
-        child = context.Process(target=serve, args=(extremes[done:], its), daemon=True)
-        child.start()
-        its.close()
-        lives = True
-        while lives and done < len(extremes):
-            try:
-                lives = mine.poll(LIMIT)
-                yield mine.recv() if lives else (False, f"HANG: {LIMIT:g} s")
-            except EOFError:
-                lives = False
-                yield False, "DIED"
-            done += 1
-        child.kill()
-        child.join()
+DEAREST = 3  # scenes that the page names
+Key = tuple[str, str, str]
 
 
 class Outcome(NamedTuple):
-    """What a scene gave: whether its law holds, and in words."""
+    """What a scene gave: whether its law holds, in words, and the processor's time."""
 
     extreme: Extreme
     holds: bool
     told: str
+    seconds: float
 
     @property
     def kind(self) -> str:
@@ -137,14 +95,17 @@ def refusals(outcomes: list[Outcome]) -> list[str]:
     return [f"- {', '.join(pairs)}: {text}" for text, pairs in groups.items()]
 
 
-def page_of(outcomes: list[Outcome], seconds: float) -> str:
+def page_of(outcomes: list[Outcome]) -> str:
     """Return the page: the sum, extremes by features, refusals, single inputs."""
     bad = [each for each in outcomes if not each.holds]
     pairs = sum(" x " in each.extreme.what for each in outcomes)
     kinds = [each.kind for each in outcomes]
+    dearest = sorted(outcomes, key=lambda each: -each.seconds)[:DEAREST]
+    dear = ", ".join(f"{e.extreme.what} {e.seconds:.0f} s" for e in dearest)
     told = (
         f"{len(outcomes)} scenes, {pairs} of them pairs of an extreme and a feature, "
-        f"in {seconds:.0f} s of processor time: 0 without a law, {len(bad)} broken. "
+        f"in {sum(each.seconds for each in outcomes):.0f} s of processor time (most: "
+        f"{dear}): 0 without a law, {len(bad)} broken. "
         f"{kinds.count('law')} hold by the law of their row, {kinds.count('refused')} "
         f"are refused in a line, {kinds.count('unstable')} said to be unstable."
     )
@@ -157,14 +118,40 @@ def page_of(outcomes: list[Outcome], seconds: float) -> str:
     return "\n\n".join("\n".join(lines) for lines in parts if lines)
 
 
-def try_all(chosen: list[Extreme]) -> list[Outcome]:
-    """Try scenes; print a line for each, with the time since the beginning."""
-    outcomes, start = [], time.monotonic()
-    for extreme, answer in zip(chosen, apart(chosen), strict=True):
-        outcomes.append(Outcome(extreme, *answer))
-        spent, told = time.monotonic() - start, outcomes[-1].told
-        print(f"{extreme.what}: {extreme.name}: {told} [{spent:.0f} s]", flush=True)
-    return outcomes
+def key_of(extreme: Extreme) -> Key:
+    """Return what no other scene has: what it is of, its settings, its law."""
+    return extreme.what, extreme.name, meaning(extreme)
+
+
+def known(path: Path, code: str) -> dict[Key, Answer]:
+    """Return the answers that a file has of this code, {key of a scene: answer}."""
+    path.touch()
+    rows = [json.loads(line) for line in path.read_text("utf-8").splitlines()]
+    return {
+        (*row["of"],): Answer(*row["answer"]) for row in rows if row["code"] == code
+    }
+
+
+def try_all(
+    chosen: list[Extreme], path: Path, count: int, limit: float
+) -> list[Outcome]:
+    """Try the scenes that have no row in a file; add theirs to it, and print each.
+
+    count, limit : processes at once; s, processor time of a scene
+    """
+    code, start = code_of("extremes"), time.monotonic()
+    found = known(path, code)
+    left = [each for each in chosen if key_of(each) not in found]
+    print(f"{len(chosen)} scenes, {len(left)} of them without a row", flush=True)
+    with path.open("a", encoding="utf-8") as file:
+        for number, answer in apart(left, count, limit):
+            of = key_of(left[number])
+            found[of] = answer
+            file.write(json.dumps({"of": of, "answer": answer, "code": code}) + "\n")
+            file.flush()
+            spent = f"[{answer.seconds:.1f} s; {time.monotonic() - start:.0f} s]"
+            print(f"{of[0]}: {of[1]}: {answer.told} {spent}", flush=True)
+    return [Outcome(each, *found[key_of(each)]) for each in chosen]
 
 
 def at_random(seconds: float, seed: int) -> int:
@@ -173,7 +160,7 @@ def at_random(seconds: float, seed: int) -> int:
     while time.monotonic() < end:
         draw = with_feature if tried % 2 else random_scene
         extreme = draw(seed + tried)
-        ((holds, told),) = apart([extreme])
+        ((_, (holds, told, _)),) = apart([extreme])
         tried += 1
         taken += not told.startswith("refused")
         bad += not holds
@@ -187,23 +174,24 @@ def main() -> int:
     """Read the command line and try what it asks for."""
     parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("words", nargs="*", metavar="WORD")
-    parser.add_argument("--long", action="store_true")
+    parser.add_argument("--rows", type=Path, metavar="FILE")
+    parser.add_argument("--workers", type=int, default=2, metavar="COUNT")
+    parser.add_argument("--limit", type=float, default=LIMIT, metavar="SECONDS")
     parser.add_argument("--random", type=float, metavar="SECONDS", default=0.0)
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
-    if args.write and (args.words or args.long):
-        parser.error("--write needs the whole table, without a WORD or --long")
+    if args.write and args.words:
+        parser.error("--write needs the whole table, without a WORD")
     if args.random > 0.0:
         return 1 if at_random(args.random, args.seed) else 0
-    outcomes = try_all([
-        each for each in TABLE
-        if each.long == args.long and all(word in each.what for word in args.words)
-    ])  # fmt: skip
+    chosen = [each for each in TABLE if all(word in each.what for word in args.words)]
+    with working_folder(None, "extremes") as folder:
+        rows = args.rows or folder / "rows.jsonl"
+        outcomes = try_all(chosen, rows, args.workers, args.limit)
     bad = sum(not each.holds for each in outcomes)
-    spent = processor_time(resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
     if args.write:
-        tell(page_of(outcomes, spent), PAGE)
-    print(f"{len(outcomes) - bad} of {len(outcomes)} laws hold, {spent:.0f} s")
+        tell(page_of(outcomes), PAGE)
+    print(f"{len(outcomes) - bad} of {len(outcomes)} laws hold")
     return 1 if bad else 0
 
 

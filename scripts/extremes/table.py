@@ -42,14 +42,12 @@ class Extreme:
     settings : inputs by name
     law : what decides
     quick : whether the quick tests try it; the others need a kernel of their own size
-    long : whether it takes a minute or more: only `--long` tries it
     """
 
     what: str
     settings: dict[str, Any]
     law: Law
     quick: bool = True
-    long: bool = False
 
     @property
     def name(self) -> str:
@@ -58,14 +56,10 @@ class Extreme:
 
 
 def each(
-    what: str,
-    law: Law,
-    *settings: dict[str, Any],
-    quick: bool = True,
-    long: bool = False,
+    what: str, law: Law, *settings: dict[str, Any], quick: bool = True
 ) -> list[Extreme]:
     """Return an extreme for each of the settings."""
-    return [Extreme(what, given, law, quick, long) for given in settings]
+    return [Extreme(what, given, law, quick) for given in settings]
 
 
 def over(name: str, *values: Any, **more: Any) -> list[dict[str, Any]]:
@@ -206,8 +200,8 @@ TABLE: list[Extreme] = [
           *over("scheme", "modal", "general", duration=2.0, nodal_diameter=2,
                 interval=1e-2, **FREE), quick=False),
     *each("duration", no_drift,
-          *over("duration", 60.0, nodal_diameter=2, interval=1e-2, **FREE),
-          quick=False, long=True),
+          *over("duration", 20.0, nodal_diameter=2, interval=1e-2, **FREE),
+          quick=False),
     *each("duration", refused("1e[+]13 steps"), *over("duration", 1e8, 1e300),
           {"revolutions": 1e300, "speed": 1e-300}),
     *each("samples", refused("raise interval"),
@@ -317,6 +311,6 @@ TABLE += [
     Extreme(pair.what, pair.settings, pair.law, quick=False) for pair in crossed.pairs()
 ]
 TABLE += [
-    Extreme(f"1e7 steps x {name}", given, many_steps, quick=False, long=True)
+    Extreme(f"1e7 steps x {name}", given, many_steps, quick=False)
     for name, given in crossed.LONG.items()
 ]

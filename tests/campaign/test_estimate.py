@@ -1,4 +1,4 @@
-"""`solver.estimate`: what a longer step changes, while the case stays as it is."""
+"""`solver.estimate`: what a coarser run changes, while the case stays as it is."""
 
 import math
 
@@ -6,7 +6,7 @@ import pytest
 
 import hpcwhirl
 from hpcwhirl.campaign.simulate import simulate
-from hpcwhirl.case.coarser import longer_step
+from hpcwhirl.case.coarser import coarser
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.scene.quantities import ESTIMATED
@@ -17,18 +17,23 @@ def scene(**settings):
     return apply_settings(named_scene("table2"), small | settings)
 
 
+@pytest.mark.parametrize("estimate", ["step", "all"])
 @pytest.mark.parametrize("accuracy", [0.0, 0.03])
-def test_an_estimate_changes_no_bit_of_the_case(accuracy):
+def test_an_estimate_changes_no_bit_of_the_case(accuracy, estimate):
     plain = simulate(scene(accuracy=accuracy))
-    asked = simulate(scene(accuracy=accuracy, estimate="step"))
+    asked = simulate(scene(accuracy=accuracy, estimate=estimate))
     assert {n: v for n, v in asked.row.items() if n not in ESTIMATED} == plain.row
     assert set(asked.row) - set(plain.row) == set(ESTIMATED)
-    assert any(note.startswith("with a longer time step: ") for note in asked.notes)
+    assert any(note.startswith("computed coarser: ") for note in asked.notes)
 
 
-def test_it_is_the_difference_to_the_run_with_twice_the_step():
-    asked = simulate(scene(time_step=5e-7, estimate="step")).row
-    coarse = simulate(scene(time_step=1e-6)).row
+LESS = {"modes": 6, "casing.harmonics": 3}
+
+
+@pytest.mark.parametrize(("estimate", "less"), [("step", {}), ("all", LESS)])
+def test_it_is_the_difference_to_the_run_with_twice_the_step(estimate, less):
+    asked = simulate(scene(time_step=5e-7, estimate=estimate)).row
+    coarse = simulate(scene(time_step=1e-6, **less)).row
     assert asked["coarse_regime"] == coarse["regime"]
     size = max(asked["orbit_radius"], 0.01 * 1.28e-4)
     difference = abs(asked["orbit_radius"] - coarse["orbit_radius"]) / size
@@ -36,14 +41,38 @@ def test_it_is_the_difference_to_the_run_with_twice_the_step():
     assert asked["peak_error"] > 0.0
 
 
-def test_no_longer_step_is_tried_than_is_stable():
+def test_no_coarser_is_tried_than_is_stable():
     limit = resolve(scene()).model.limits(410.0)
     near = scene(time_step=0.9 * min(limit.values()), estimate="step")
-    assert longer_step(resolve(near)) is None
+    assert coarser(resolve(near)) is None
     row = simulate(near).row
     assert row["coarse_regime"] == "none"
     assert math.isnan(row["radius_error"])
     assert math.isnan(row["peak_error"])
+
+
+def test_fewer_waves_tell_an_error_where_no_longer_step_is_stable():
+    limit = resolve(scene()).model.limits(410.0)
+    near = scene(time_step=0.94 * min(limit.values()), estimate="all", modes=5)
+    other = coarser(resolve(near)).scene
+    assert other.solver.time_step >= near.solver.time_step
+    assert (other.solver.modes, other.engine.casing.harmonics) == (5, 3)
+    assert simulate(near).row["peak_error"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("settings", "harmonics"),
+    [
+        ({"nodal_diameter": 4}, 4),
+        ({"profile": "harmonic,amplitude,phase;4,1e-5,0"}, 4),
+        ({"discretization": "elements"}, 4),
+        ({"kind": "rigid"}, 4),
+        ({"casing.harmonics": 12}, 8),
+    ],
+)
+def test_a_ring_keeps_the_waves_of_its_load_and_shape(settings, harmonics):
+    other = coarser(resolve(scene(estimate="all", time_step=1e-7, **settings)))
+    assert other.scene.engine.casing.harmonics == harmonics
 
 
 def test_a_campaign_stores_the_estimates(tmp_path):

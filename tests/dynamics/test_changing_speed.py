@@ -553,7 +553,7 @@ def test_a_critical_speed_is_crossed_when_the_speed_is_there(passage):
         ({"acceleration": -200.0, "duration": 3.0}, "must keep its sign"),
         ({"speed_table": "time,speed;0,410"}, "two rows at least"),
         ({"speed_table": "time,gap;0,410;1,2"}, "columns time,speed"),
-        ({"gap_closure": 2e-4}, "gap must stay open"),
+        ({"gap_closure": 2e-4}, "by which closure and growth of the tips reduce it"),
     ],
 )
 def test_what_cannot_change_is_refused_in_one_line(settings, told):

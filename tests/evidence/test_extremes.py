@@ -1,7 +1,9 @@
 """Scenes at the extremes, by the table of scripts/extremes/decide.py and its laws."""
 
+import os
+
 import pytest
-from extremes import crossed, drawn, laws, table
+from extremes import crossed, decide, drawn, laws, table, workers
 from extremes.laws import Broken
 
 pytestmark = pytest.mark.turns
@@ -45,7 +47,7 @@ def test_a_number_of_a_feature_that_is_on_at_its_edges(feature):
         extreme.law(extreme.settings)
 
 
-FOREMOST = "gap 1e-9 m", "denormal speed", "0.99 of the longest step"
+FOREMOST = "gap 0", "denormal speed", "0.99 of the longest step"
 
 
 @pytest.mark.parametrize("feature", crossed.FEATURES)
@@ -74,3 +76,44 @@ def test_a_tip_beyond_the_casing_is_broken(monkeypatch):
     monkeypatch.setattr(laws, "closure_at", lambda *_: 1e-7)
     with pytest.raises(Broken, match="beyond the casing"):
         laws.opened(crossed.Pair("gap 0", "none").settings)
+
+
+def burning(_):
+    while True:
+        pass
+
+
+def ending(_):
+    os._exit(3)
+
+
+def holding(_):
+    return "completed"
+
+
+SCENES = [
+    table.Extreme(law.__name__, {}, law) for law in (burning, holding, ending, holding)
+]
+ANSWER = workers.Answer(holds=True, told="completed", seconds=1.0)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_scene_that_ends_its_process_or_takes_too_long_is_a_broken_row(count):
+    found = dict(workers.apart(SCENES, count, limit=0.1))
+    assert [found[number].holds for number in range(4)] == [False, True, False, True]
+    assert found[0].told.startswith("OVER: more than 0.1 s of the processor")
+    assert found[2].told == "DIED: 3"
+
+
+def test_scenes_that_have_a_row_of_this_code_are_not_tried_again(tmp_path, monkeypatch):
+    path, tried = tmp_path / "rows.jsonl", []
+
+    def apart(extremes, *_):
+        tried.append([each.what for each in extremes])
+        return enumerate([ANSWER] * len(extremes))
+
+    monkeypatch.setattr(decide, "apart", apart)
+    for code, chosen in (("a", SCENES[:2]), ("a", SCENES[:3]), ("b", SCENES[:1])):
+        monkeypatch.setattr(decide, "code_of", lambda _, code=code: code)
+        assert len(decide.try_all(chosen, path, 1, 1.0)) == len(chosen)
+    assert tried == [["burning", "holding"], ["ending"], ["burning"]]

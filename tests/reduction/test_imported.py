@@ -14,6 +14,7 @@ from read_back import SAME, compared, read_back, sound
 
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.stability import growth_of_diameter
+from hpcwhirl.case.coarser import coarser
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.truncation import left_out, with_truncation
 from hpcwhirl.cli import main
@@ -273,6 +274,21 @@ def test_of_modes_alone_a_truncation_leaves_out_harmonics_only(arrays, written):
     assert len(resolve(given).model.rotor.omega) == len(rotor_of(file).omega)
     assert found.engine.casing.harmonics < 20
     assert left_out(found).rotor == 0.0
+
+
+def test_a_coarser_run_has_the_modes_of_a_file_or_fewer(tmp_path):
+    finest = SMALL | {"modes": 8 * N, "engine.rotor.elements": 10}
+    path = rotor_files.exported(tmp_path / "finest.h5", finest, "mostly_damped")
+
+    def modes(case):
+        return len(case.model.rotor.omega)
+
+    own, step, every = (
+        resolve(scene(path, truncation=0.1, accuracy=1e-3, estimate=name))
+        for name in ("none", "step", "all")
+    )
+    whole = resolve(scene(path, accuracy=1e-3))
+    assert modes(coarser(every)) < modes(coarser(step)) == modes(own) < modes(whole)
 
 
 # Whatever its coordinates
