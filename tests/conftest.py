@@ -12,7 +12,7 @@ import pytest
 from cluster import in_one_process
 from hypothesis import settings
 from launch import spent
-from turns import ALL, TURNS, kept, turn_of_commit
+from turns import ALL, MARKS, TURNS, kept, takes_turns, turn_of_commit
 
 from hpcwhirl.campaign.plan import learned
 from hpcwhirl.cli import main
@@ -24,6 +24,8 @@ for name in ("matplotlib.figure", "xarray"):  # with them, maps are drawn in her
 BEGUN = pytest.StashKey()
 TURN = pytest.StashKey()
 SPENT = {}  # {test: s}
+LONG, BUDGET = 5, 360  # s of the processor; told, for a busy machine takes longer
+UNMARKED = []  # tests that took longer and are no slow ones
 
 settings.register_profile("no clock", deadline=None)  # a busy machine is no failure
 settings.load_profile("no clock")
@@ -96,13 +98,20 @@ def pytest_runtest_protocol(item):
 def pytest_runtest_makereport(item, call):
     report = yield
     if call.when == "teardown":
-        report.user_properties.append(("spent", spent() - item.stash[BEGUN]))
+        told = {
+            "spent": spent() - item.stash[BEGUN],
+            "slow": takes_turns(item, *MARKS, "evidence"),
+        }
+        report.user_properties += told.items()
     return report
 
 
 def pytest_runtest_logreport(report):
     if report.when == "teardown":
-        SPENT[report.nodeid] = dict(report.user_properties)["spent"]
+        told = dict(report.user_properties)
+        SPENT[report.nodeid] = told["spent"]
+        if told["spent"] > LONG and not told["slow"]:
+            UNMARKED.append(report.nodeid)
 
 
 def pytest_terminal_summary(terminalreporter, config):
@@ -110,7 +119,11 @@ def pytest_terminal_summary(terminalreporter, config):
         terminalreporter.section(f"slowest {count}, s of the processor")
         for name in sorted(SPENT, key=SPENT.get, reverse=True)[:count]:
             terminalreporter.write_line(f"{SPENT[name]:8.2f} {name}")
-        terminalreporter.write_line(f"{sum(SPENT.values()):8.2f} all tests")
+        total = f"{sum(SPENT.values()):8.2f} all tests (budget of a turn: {BUDGET})"
+        terminalreporter.write_line(total)
+    for name in UNMARKED:
+        told = f"warning: {name}: more than {LONG} s of the processor, not marked slow"
+        terminalreporter.write_line(told, yellow=True)
 
 
 @pytest.fixture(scope="session")

@@ -52,6 +52,7 @@ def motion(model, mode, q):
     return q[:, None, None] * np.stack(rows, axis=1), q[:, None] * hub
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("k", "family", "phase"),
     [(0, "1F", 0), (0, "2F", 0), (1, "1F", 1), (1, "suspension", 0), (1, "2F", 0),
@@ -68,6 +69,7 @@ def test_a_motion_of_one_mode_gives_only_its_contribution(model, k, family, phas
     assert max(a[inner].max() for a in found.values()) < 0.02e-3
 
 
+@pytest.mark.turns
 def test_contributions_are_those_of_the_integrated_modes(model):
     given = SHORT | {"speed": 280.0, "duration": 0.2, "scheme": "general"}
     march = March(resolve(apply_settings(SCENE, given)))
@@ -195,6 +197,7 @@ def test_the_work_of_friction_is_read_alike_however_the_run_is_cut():
     assert a.friction[-1] == pytest.approx(a.ledger["friction"], rel=1e-9)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", ["modal", "exact", "general", "paper"])
 def test_mirrored_runs_have_one_row_of_evidence(scheme):
     settings = SHORT | {"duration": 0.02, "time_step": 2e-6, "scheme": scheme}

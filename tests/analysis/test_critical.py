@@ -36,6 +36,7 @@ def line_of(found, body, family, k):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("settings", ENGINES)
 def test_every_critical_speed_is_that_of_its_printed_frequencies(settings, facts):
     found = facts("model", *words_of(settings), "--json", "--orders", "4")

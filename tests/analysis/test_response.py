@@ -267,6 +267,7 @@ def test_forces_of_unlike_supports_and_films_carry_what_turns(name, speed):
     assert (abs(ground[1]) > 0.01 * abs(ground[0])) == (name == "apart")
 
 
+@pytest.mark.slow
 def test_stations_of_a_line_are_places_with_peaks_and_the_probes_of_the_scale():
     found = study(small(**ON_LINE), Operating(150.0, 250.0))
     assert {"station 0", "station 1", "station 2", "support 0", "support 1"} < (

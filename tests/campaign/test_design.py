@@ -87,6 +87,7 @@ def test_the_end_of_a_range_is_inside():
     assert swept("[sweep]\nspeed = {start = 3, stop = 3, step = 1}", "speed") == [3]
 
 
+@pytest.mark.turns
 @given(st.integers(0, 500), st.integers(1, 60), st.integers(1, 60), st.integers(0, 6))
 def test_a_range_gives_the_very_numbers_that_a_list_would(start, step, count, digits):
     listed = [f"{start + i * step}e-{digits}" for i in range(count)]
@@ -283,6 +284,7 @@ def test_scenes_of_real_inputs_are_those_that_are_validated():
         assert found.scene(case) == whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "sweep",
     [

@@ -92,6 +92,7 @@ def test_the_launcher_s_environment_tells_which_mpi_would_give_up(
     assert alien_family() == alien
 
 
+@pytest.mark.turns
 @pytest.mark.mpi
 @pytest.mark.parametrize("library", ["of the environment", "Open MPI"])
 def test_tasks_of_srun_without_pmi_are_refused_in_one_line(tmp_path, library):
@@ -112,6 +113,7 @@ def test_tasks_of_srun_without_pmi_are_refused_in_one_line(tmp_path, library):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.turns
 @pytest.mark.mpi
 def test_mpich_under_open_mpi_s_mpirun_is_refused_in_one_line(tmp_path):
     told = python("from hpcwhirl.launch import library; print(library())").stdout

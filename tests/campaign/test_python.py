@@ -309,6 +309,7 @@ ENDS = {  # of a user's function, and what is told
 }
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("ends", "why"), ENDS.items())
 def test_a_function_that_would_end_the_process_is_a_row(
     tmp_path, monkeypatch, capfd, ends, why
@@ -386,6 +387,7 @@ except ValueError as failed:
 """
 
 
+@pytest.mark.turns
 @pytest.mark.mpi
 def test_a_script_of_two_ranks_gives_the_bits_of_one(measured, tmp_path):
     out = tmp_path / "out"
@@ -453,6 +455,7 @@ def spoil(how):
     return former
 
 
+@pytest.mark.turns
 @x86
 @pytest.mark.parametrize("how", [*ROUNDED, "flushed"])
 def test_a_measure_that_changes_how_numbers_round_changes_no_bit(
@@ -577,6 +580,7 @@ def test_ranks_of_different_functions_are_refused_and_nothing_is_made(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.turns
 @pytest.mark.mpi
 @pytest.mark.parametrize(
     ("body", "why"),

@@ -279,6 +279,7 @@ def cases_of(growth):
     return {(a.fidelity, a.point) for a in growth.wanted}
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("lattice", LATTICES)
 @pytest.mark.parametrize("field", FIELDS)
 @pytest.mark.parametrize("levels", [0, 2])
@@ -289,6 +290,7 @@ def test_cases_are_the_fixed_point_in_whatever_order_words_come(lattice, field, 
         assert cases_of(arrived(lattice, word, levels, False, seed)) == expected
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("levels", [1, 2])
 def test_speckle_is_the_same_in_whatever_order_words_come(levels):
     word = worded(DEEP, noise)
@@ -336,6 +338,7 @@ def shifted(at):
     return half_plane((at[0] - 0.2, *at[1:]))
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("lattice", LATTICES)
 @pytest.mark.parametrize(
     "fields", [(half_plane, shifted), (circle, half_plane), (half_plane, holes)]
@@ -348,6 +351,7 @@ def test_confirmed_cases_are_a_fixed_point_too(lattice, fields):
         assert cases_of(arrived(lattice, word, 2, True, seed)) == expected
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("lattice", LATTICES)
 @pytest.mark.parametrize(
     "fields", [(half_plane, shifted), (circle, half_plane), (half_plane, holes)]
@@ -371,6 +375,7 @@ TWINNED = [
 ]  # fmt: skip
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("fields", TWINNED)
 @pytest.mark.parametrize("some", [False, True])
 def test_even_cases_lie_between_alike_ones_in_whatever_order_words_come(fields, some):
@@ -385,6 +390,7 @@ def test_even_cases_lie_between_alike_ones_in_whatever_order_words_come(fields, 
             assert {(a.fidelity, a.point) for a in found.even()} == expected
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("fields", TWINNED)
 @pytest.mark.parametrize("of", ["all", "boundary", "speckle"])
 @pytest.mark.parametrize("some", [False, True])
@@ -552,6 +558,7 @@ def refined_twice(refined, tmp_path):
     return Path(shutil.copytree(refined, tmp_path / "finer"))
 
 
+@pytest.mark.turns
 def test_a_case_that_is_wanted_and_not_there_is_missing(refined, tmp_path):
     folder = Path(shutil.copytree(refined, tmp_path / "cut"))
     (log,) = (folder / "journal").iterdir()
@@ -646,6 +653,7 @@ def test_no_boundary_lies_between_words_of_two_fidelities():
     assert not len(one_edge(both, fidelity=(0, 1)).at)
 
 
+@pytest.mark.turns
 def test_confirmed_words_count_and_both_rows_are_kept(confirmed):
     data = hpcwhirl.open_results(confirmed)
     second = data["fidelity"].to_numpy() == 1
@@ -685,6 +693,7 @@ def coarser(settings):
     return line(settings | {"speed": settings["speed"] - less})
 
 
+@pytest.mark.turns
 def test_words_that_an_estimate_keeps_are_not_computed_again(tmp_path):
     document = with_refine(**CONFIRM)
     by_place = refined_campaign(tmp_path / "place", document, below)
@@ -704,6 +713,7 @@ def test_words_that_an_estimate_keeps_are_not_computed_again(tmp_path):
     assert root_variables(other) == root_variables(folder)
 
 
+@pytest.mark.turns
 def test_an_estimate_of_regimes_says_nothing_of_the_whirl(tmp_path):
     whirl = with_refine(words="whirl", **CONFIRM)
     both = [whirl, whirl | {"solver": {"estimate": "step"}}]
@@ -739,6 +749,7 @@ def small_or_large(settings):
         settings["speed"] > 333.0))  # fmt: skip
 
 
+@pytest.mark.turns
 def test_attractors_of_one_regime_have_a_boundary_in_results_and_map(tmp_path):
     document = with_refine(words="attractor")
     found = []
@@ -901,6 +912,7 @@ def test_shards_are_refused_and_a_dry_run_tells_the_bound(tmp_path, capsys):
     assert f"{17 * 9 * 2} cases at most" in capsys.readouterr().out
 
 
+@pytest.mark.turns
 def test_a_dry_run_of_a_finer_campaign_counts_what_words_already_ask_for(
     tmp_path, capsys
 ):

@@ -74,6 +74,7 @@ def test_commands_tell_what_they_cannot_read(odd, folder, capsys, name, command)
     assert Path(name).name in err
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", ["running/0002-00000.log", "runs/0002.json"])
 def test_notes_that_no_result_depends_on_are_passed_over(odd, folder, name):
     (folder / name).parent.mkdir(exist_ok=True)
@@ -111,6 +112,7 @@ def test_no_job_script_is_read_from_what_is_no_file(odd, tmp_path, capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", ["report.html", "map.png", "map.csv"])
 def test_what_shows_results_may_be_a_fifo_and_nobody_waits(name, tmp_path):
     os.mkfifo(tmp_path / name)

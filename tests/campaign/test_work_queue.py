@@ -107,6 +107,7 @@ def on_ranks(path, ranks, text, *words):
     return json.loads(done.out)
 
 
+@pytest.mark.turns
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [1, 2, 4])
 def test_every_unit_is_computed_once_by_any_number_of_ranks(tmp_path, ranks):
@@ -120,6 +121,7 @@ def test_every_unit_is_computed_once_by_any_number_of_ranks(tmp_path, ranks):
             assert all(of_rank)  # rank 0 computes too
 
 
+@pytest.mark.turns
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [2, 3])
 def test_no_message_is_left_over_whoever_is_asked_to_stop_and_when(tmp_path, ranks):

@@ -119,6 +119,7 @@ def test_wrong_input_is_one_line_and_exit_code_2(place, capsys, line, told):
     assert sorted(place.rglob("*")) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     ["run --set time_step=1e-5", "campaign --set time_step=1e-5", "campaign steps.toml",

@@ -162,6 +162,7 @@ def test_run_of_an_unstable_case_prints_its_row_and_exits_1(capsys, monkeypatch)
     assert json.loads(capsys.readouterr().out)["outcome"] == "unstable"
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("traces", ["orbit", "full"])
 def test_run_writes_its_scene_traces_with_units_and_figures(facts, tmp_path, traces):
     out, plots = tmp_path / "new/run.h5", tmp_path / "plots"
@@ -190,6 +191,7 @@ def test_run_writes_its_scene_traces_with_units_and_figures(facts, tmp_path, tra
     assert [p.name for p in out.parent.iterdir()] == ["run.h5"]
 
 
+@pytest.mark.turns
 def test_a_case_at_rest_and_a_case_of_one_step_can_be_drawn(tmp_path):
     for changes in ("force=0", "duration=2e-6"):
         words = ["run", *SHORT, "--set", changes, "--plot", str(tmp_path)]
@@ -363,6 +365,7 @@ def test_bench_compares_no_features_where_no_blade_touches():
     assert over_none(rows) == {}  # without, but not with
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("traces", ["orbit", "summary"])
 def test_a_case_s_file_is_the_results_of_a_campaign_of_it(tmp_path, capsys, traces):
     one, folder, empty = tmp_path / "one.h5", tmp_path / "out", tmp_path / "none.toml"

@@ -293,6 +293,7 @@ def test_busy_means_one_thing_and_is_what_results_call_so(folder, capsys):
     assert "busy" in SHARES["busy_fraction"].meaning
 
 
+@pytest.mark.turns
 def test_a_page_of_other_words_is_called_stale(finished, tmp_path, capsys, facts):
     out = tmp_path / "out"
     shutil.copytree(finished, out)

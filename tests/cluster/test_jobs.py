@@ -135,6 +135,7 @@ def noted(place):
     return path.read_text().splitlines() if path.exists() else []
 
 
+@pytest.mark.turns
 def test_the_templates_are_what_the_command_prints(tmp_path, monkeypatch):
     assert {path.stem for path in TEMPLATES} >= set(SCHEDULERS)
     for path in TEMPLATES:
@@ -178,6 +179,7 @@ def test_what_is_asked_for_stands_in_the_directives(scheduler, lines):
     assert first == 1
 
 
+@pytest.mark.turns
 @given(
     st.sampled_from(sorted(SCHEDULERS)),
     st.integers(1, 10**6),

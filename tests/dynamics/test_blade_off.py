@@ -147,6 +147,7 @@ def test_without_contact_the_rotor_comes_to_its_circle():
     assert GAP > 0.0
 
 
+@pytest.mark.turns
 def test_a_command_says_where_the_circle_is(capsys):
     given = ["--set", "rotation=full", "--set", "lost_blade=1"]
     assert main(["run", *given]) == 2

@@ -67,6 +67,7 @@ def sides(settings):
     return one, stronger, March(case(**settings))
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", KINDS)
 def test_a_state_between_two_motions_is_their_mean_and_moves_on(name):
     """By its places, by its distances from both, and with a ledger that closes."""

@@ -85,6 +85,7 @@ def test_a_decay_has_its_rate_at_first_and_its_time_constant():
     assert float(law.speed(2.0)) == pytest.approx(20.0 + 80.0 / np.e, rel=1e-12)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("kind", ["cyclic", "driven", "apart", "film", "started"])
 def test_a_speed_that_hardly_changes_is_a_constant_one(kind):
     given = KINDS[kind] | {"duration": 0.02}
@@ -110,6 +111,7 @@ def test_the_ring_in_both_frames_is_the_same(blades):
     )
 
 
+@pytest.mark.turns
 def test_waves_of_intervals_move_and_work_as_coupled_modes(monkeypatch):
     """In the same intervals of many steps, in contact: motion, works, evidence."""
     monkeypatch.setattr(speed, "rides", lambda *_: True)
@@ -166,6 +168,7 @@ def test_what_contact_causes_is_all_beside_the_motion_without_it(passage):
     assert judged.whole[-1] == pytest.approx(whole, abs=2e-2 * swing)
 
 
+@pytest.mark.turns
 def test_contact_adds_to_the_motion_without_it():
     given = {**KINDS["driven"], "duration": 0.012}
     rub, free = march_of(**given), march_of(**given, gap=5e-2, force=0.0)
@@ -177,6 +180,7 @@ def test_contact_adds_to_the_motion_without_it():
     assert away[0] < 1e-3 * away.max()
 
 
+@pytest.mark.turns
 def test_a_circle_beyond_the_gap_is_all_beside_whatever_the_gap():
     given = KINDS["driven"] | {"unbalance": 0.1, "duration": 1e-3}
     near, far = march_of(**given), march_of(**given, gap=5e-2, force=0.0)
@@ -185,6 +189,7 @@ def test_a_circle_beyond_the_gap_is_all_beside_whatever_the_gap():
     assert np.array_equal(near.run().circle, far.run().circle)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("touches", [True, False])
 def test_what_the_casing_holds_is_judged_as_a_whole(touches):
     # the circle grows by 0.3 while the orbit in contact stays
@@ -242,6 +247,7 @@ def test_a_balanced_rotor_is_judged_by_what_contact_causes():
     assert other == found
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_a_rotor_at_rest_is_not_damped_at_speeds_where_its_free_motion_grows(sense):
     """Over them and speeds at which all motion decays, up and down."""

@@ -38,6 +38,7 @@ for word in ["all", *sys.argv[2:]]:
 """
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("rotation", ["none", "full"])
 @pytest.mark.parametrize("scheme", MARCHES)
 def test_a_new_size_compiles_nothing(scheme, rotation):

@@ -355,6 +355,7 @@ def test_wrong_terms_of_rotation_are_one_line(turned, capsys, changed, told):
     assert told in told_wrong(turned("wheel", **keys), capsys)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("make", [wheel, sector])
 def test_lanczos_and_large_factors_give_the_same_rotor(
     plain, tmp_path, monkeypatch, make

@@ -188,6 +188,7 @@ def shell(line, place, **options):
     )  # fmt: skip
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("line", "why"),
     [
@@ -269,6 +270,7 @@ def test_pictures_are_drawn_whatever_the_backend_of_a_notebook(finished, tmp_pat
     assert (tmp_path / "m/map.png").is_file()
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("words", ["--help", "--version", "import-model --example"])
 def test_who_has_read_enough_of_a_help_is_no_failure_either(words, tmp_path):
     shell(f"(hpcwhirl {words}; echo $? >code) > >(exec true); wait", tmp_path)

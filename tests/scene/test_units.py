@@ -257,6 +257,7 @@ def in_rpm(tmp_path_factory):
     return place / "out", file
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("words", "told"),
     [

@@ -87,6 +87,7 @@ def results(folder):
         yield file
 
 
+@pytest.mark.turns
 def test_every_variable_of_the_schema_is_there_with_type_unit_and_meaning(results):
     for group, table in (
         (results, ROW | STATUS),
@@ -316,6 +317,7 @@ def test_ranks_do_not_wait_for_one_that_cannot_write(tmp_path):
     assert not list(tmp_path.glob("*.part"))
 
 
+@pytest.mark.turns
 def test_a_full_disk_leaves_the_old_file_and_nothing_half_written(tmp_path):
     begin(tmp_path, one_interval=True)
     (tmp_path / "results.h5").write_text("old")
@@ -404,6 +406,7 @@ def test_ranks_wait_for_one_another_once_unless_they_must_write_in_step(
         ]
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("one_interval", [True, False])
 def test_the_size_of_a_block_changes_no_bit(tmp_path, monkeypatch, one_interval):
     begin(tmp_path, one_interval=one_interval)
