@@ -473,6 +473,7 @@ def body_of(
     return Body(
         step.keep, step.pull, step.inverse, step.mass, step.stiffness, step.damping,
         step.push, starts, int(starts[-1]), read, radial, tangential, stand,
+        blocks=len(starts) - 1,
     )  # fmt: skip
 
 

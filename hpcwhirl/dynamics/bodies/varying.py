@@ -224,23 +224,30 @@ class DrivenRotor:
             before = (damping + gyro) / (2 * step)
             mass = group.mass / step**2
             inverse = np.linalg.solve(mass + before, np.eye(mass.shape[-1]))
+            swerve = 0.5 * rate * group.gyro
             for array, value in (
                 (body.keep, inverse @ (mass - before)),
-                (body.pull, inverse @ (stiffness + push)),
-                (body.give, inverse), (body.swerve, 0.5 * rate * group.gyro),
+                (body.pull, inverse @ (stiffness + push + swerve)),
+                (body.give, inverse),
             ):  # fmt: skip
                 array[group.flat], array[group.again] = value, value[group.moved]
             for array, value in (
                 (body.stiffness, stiffness), (body.damping, damping), (body.push, push),
+                (body.swerve, swerve),
             ):  # fmt: skip
                 array[group.flat] = value
-        body.force[body.own :] = self.force[self.alike]
-        body.weight[:, body.own :] = self.weight[:, self.alike]
-        body.work[:] = 0.0
+        self._set_forces(body)
         if len(self.held):
             moved = self._moved(body, np.eye(len(self.order)), self.held).T
             set_standing(self.model, body.stand, speed, moved)
             body.stand.moved[:, body.own :] = moved[:, self.alike]
+
+    def _set_forces(self, body: Body) -> None:
+        """Set the increments in a step by f_0 and by the weight."""
+        forces = np.stack([self.force, *self.weight])
+        moved = self._moved(body, np.eye(len(self.order)), forces).T
+        body.force[body.own :] = moved[0, self.alike]
+        body.weight[:, body.own :] = moved[1:, self.alike]
 
     def forces(self, time: float) -> Floats:
         """Return f_0 at a time, s, (m,), in the present interval of speed."""
@@ -303,11 +310,10 @@ class DrivenRotor:
         moved, whole = np.zeros(len(self.order)), self.forces(time)
         for group in self.groups:
             places = group.modes[:, :, None], group.modes[:, None, :]
-            keep, pull, give, swerve = (
-                part[group.flat]
-                for part in (body.keep, body.pull, body.give, body.swerve)
+            keep, pull, give = (
+                part[group.flat] for part in (body.keep, body.pull, body.give)
             )
-            out[0][places], out[1][places] = keep, pull + give @ swerve
+            out[0][places], out[1][places] = keep, pull
             force = whole[group.modes][:, :, None]
             moved[group.modes] = (give @ force)[:, :, 0]
         return out[0], out[1], moved

@@ -540,16 +540,16 @@ class Body(NamedTuple):
     stand : forces of supports that no constant matrix represents
     still : (n,), coordinates at rest on the circle of an unbalanced rotor, from which
         its energy is measured; (0,) for another body
-    swerve : blocks of (dOmega/dt) C, C as in `oracle.body`, stored like `keep`; (0,) at
+    swerve : the first blocks of (dOmega/dt) C, C as in `oracle.body`, stored like
+        `keep`, whose force is part of `pull`; (0,) at constant speed
+    force : (n,), increments in a step by the forces of unbalance and changing speed, 0
+        of the first modes; (0,) at constant speed
+    weight : (2, n), the same by gravity, by cos and sin of the rotor's angle; (2, 0) at
         constant speed
-    force : (n,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes;
-        (0,) at constant speed
-    weight : (2, n), N/sqrt(kg), of gravity, by cos and sin of the rotor's angle, 0 on
-        the first modes; (2, 0) at constant speed
     work : (n,), N/sqrt(kg), work space for the forces of the present step
     alike : (n - own,), for each further mode, the index of the same mode among the
         first `own`
-    blocks : b, number of blocks of the first modes
+    blocks : b, number of blocks of the coordinates that contact moves
     """
 
     keep: Floats

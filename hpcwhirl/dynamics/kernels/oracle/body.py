@@ -30,7 +30,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.dynamics.kernels import standing
-from hpcwhirl.dynamics.kernels.compiled import by_numba, part
+from hpcwhirl.dynamics.kernels.compiled import by_numba, inlined, part
 from hpcwhirl.dynamics.kernels.contact import (
     BESIDE_X,
     BESIDE_Y,
@@ -81,6 +81,33 @@ def accumulate(rows, values, out):
             out[j] += factor * row[j]
 
 
+@inlined
+def apply_block(matrix, at, size, first, vector, sign, out):
+    """Add sign * block @ vector to out, four columns at a time.
+
+    A group of columns is left out whose factors are 0, as of most forces of contact on
+    displacements.
+
+    at, size, first : index in `matrix` where the block begins; its size; its first row
+    """
+    into, four = out[first : first + size], first + size // 4 * 4
+    for i in range(first, four, 4):
+        a, b = sign * vector[i], sign * vector[i + 1]
+        c, d = sign * vector[i + 2], sign * vector[i + 3]
+        if abs(a) + abs(b) + abs(c) + abs(d) != 0.0:
+            one, two = matrix[at : at + size], matrix[at + size : at + 2 * size]
+            rest = matrix[at + 2 * size : at + 4 * size]
+            for r in range(size):
+                both = c * rest[r] + d * rest[size + r]
+                into[r] += (a * one[r] + b * two[r]) + both
+        at += 4 * size
+    for i in range(four, first + size):
+        factor, one = sign * vector[i], matrix[at : at + size]
+        for r in range(size):
+            into[r] += factor * one[r]
+        at += size
+
+
 @part
 def apply_blocks(matrix, starts, vector, sign, out):
     """Add sign * matrix @ vector to out, for a matrix with diagonal blocks only.
@@ -96,14 +123,8 @@ def apply_blocks(matrix, starts, vector, sign, out):
     at = 0
     for b in range(len(starts) - 1):
         first, size = starts[b], starts[b + 1] - starts[b]
-        into = out[first : first + size]
-        for c in range(size):
-            factor = sign * vector[first + c]
-            if factor != 0.0:  # few forces of contact are not 0
-                column = matrix[at : at + size]
-                for r in range(size):
-                    into[r] += factor * column[r]
-            at += size
+        apply_block(matrix, at, size, first, vector, sign, out)
+        at += size * size
 
 
 @part
@@ -177,8 +198,9 @@ def stand(body, motion, angle, force):
     """Add the effect of supports and of a changing speed to the rotor's predicted step.
 
     The increments that these forces cause are added to motion.ahead and .following. The
-    supports are those that differ by direction or have a film. motion.normal is used as
-    work space; `collect` sets it later.
+    supports are those that differ by direction or have a film. The force -(dOmega/dt) C
+    q_n is part of `predict`; that on y, whose work is entered later, is written to
+    body.work.
 
     body, motion : the rotor; its `Motion`
     angle : rad, of the rotor at the present step
@@ -189,17 +211,15 @@ def stand(body, motion, angle, force):
     if len(body.force) == 0:
         standing.stand(body, motion, angle, force)
         return
-    q, _, _, ahead, following, change, _ = motion
+    q, _, _, ahead, following, _, _ = motion
+    body.work[:] = 0.0
+    apply_blocks(body.swerve, body.starts[: body.blocks + 1], q, -1.0, body.work)
     along, across = math.cos(angle), math.sin(angle)
-    for m in range(len(q)):
-        weight = along * body.weight[0, m] + across * body.weight[1, m]
-        body.work[m] = body.force[m] + weight
-    apply_blocks(body.swerve, body.starts, q, -1.0, body.work)
-    change[:] = 0.0
-    apply_blocks(body.give, body.starts, body.work, 1.0, change)
-    for m in range(len(q)):
-        ahead[m] += change[m]
-        following[m] += change[m]
+    for m in range(body.own, len(q)):
+        change = along * body.weight[0, m] + across * body.weight[1, m]
+        change += body.force[m]
+        ahead[m] += change
+        following[m] += change
     standing.stand(body, motion, angle, force)
 
 
@@ -332,10 +352,11 @@ def accept(body, motion, step):
     q, d, lost, ahead, apart, work, _ = motion
     for m in range(len(q)):
         d[m] += ahead[m]
-    loss = form(body.damping, body.starts, d, d, work) / (4.0 * step)
+    starts = body.starts[: body.blocks + 1]
+    loss = form(body.damping, starts, d, d, work) / (4.0 * step)
     if len(body.push) > 0:
         beside(body.still, q, apart)
-        loss += 0.5 * form(body.push, body.starts, d, apart, work)
+        loss += 0.5 * form(body.push, starts, d, apart, work)
     lost[0] += loss
     for m in range(len(q)):
         d[m] = ahead[m]
@@ -367,7 +388,7 @@ def energy(body, values, increments, step):
     after, work = values.copy(), np.empty_like(values)
     beside(body.still, values, after)
     parts = after, increments, after - increments
-    return energy_of(body, body.starts, parts, step, work)
+    return energy_of(body, body.starts[: body.blocks + 1], parts, step, work)
 
 
 @part
@@ -399,5 +420,6 @@ def note_beside(body, motion, step, row):
         rises[own] += d[m]
     for m in range(len(q)):
         before[m] = values[m] - rises[m]
-    starts = body.starts[: body.blocks + 1]
-    row[OF_WHOLE] = energy_of(body, starts, (values, rises, before), step, work)
+    row[OF_WHOLE] = energy_of(
+        body, body.starts[: body.blocks + 1], (values, rises, before), step, work
+    )
