@@ -12,7 +12,7 @@ import pytest
 from cluster import in_one_process
 from hypothesis import settings
 from launch import spent
-from turns import ALL, MARKS, TURNS, kept, takes_turns, turn_of_commit
+from turns import MARKS, TURNS, Turn, takes_turns
 
 from hpcwhirl.campaign.plan import learned
 from hpcwhirl.cli import main
@@ -22,7 +22,6 @@ for name in ("matplotlib.figure", "xarray"):  # with them, maps are drawn in her
     importlib.import_module(name)
 
 BEGUN = pytest.StashKey()
-TURN = pytest.StashKey()
 SPENT = {}  # {test: s}
 LONG, BUDGET = 5, 360  # s of the processor; told, for a busy machine takes longer
 UNMARKED = []  # tests that took longer and are no slow ones
@@ -54,18 +53,10 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     if turn := config.getoption("turn"):
-        numbers = {"commit": turn_of_commit, "all": lambda: ALL}
-        config.stash[TURN] = numbers.get(turn, lambda: int(turn) % TURNS)()
+        config.pluginmanager.register(Turn.of(turn))
 
 
-def pytest_report_header(config):
-    turn = config.stash.get(TURN, ALL)
-    return (
-        [] if turn is ALL else f"turn {turn} of {TURNS} of slow tests and costly grids"
-    )
-
-
-def pytest_collection_modifyitems(config, items):
+def pytest_collection_modifyitems(items):
     """Check that a file spells the marks by which scripts/test.sh finds it."""
     marks = {}
     for item in items:
@@ -75,10 +66,6 @@ def pytest_collection_modifyitems(config, items):
             if not re.search(rf"mark\.{name}\b", path.read_text()):
                 msg = f"{path} must spell mark.{name}, by which test.sh finds it"
                 raise pytest.UsageError(msg)
-    if (turn := config.stash.get(TURN, None)) is not None:
-        asked = kept(items, turn)
-        config.hook.pytest_deselected(items=[*set(items) - {*asked}])
-        items[:] = asked
 
 
 def pytest_collection_finish():

@@ -127,6 +127,7 @@ def outcome(make, *given):
         return str(refused)
 
 
+@pytest.mark.turns
 @settings(max_examples=150, deadline=None)
 @given(documents(VALUES))
 @example({"sweep": {"until": ["end", "decided"], "time_step": [1e-6, 1e-12]}})
@@ -138,6 +139,7 @@ def test_a_wrong_value_anywhere_is_refused_in_the_same_words(document):
         assert list(found.digests) == wanted[2]
 
 
+@pytest.mark.turns
 @settings(max_examples=100, deadline=None)
 @given(documents(FINE))
 def test_cases_are_those_of_the_product_of_objects(document):
@@ -163,6 +165,7 @@ def test_cases_are_those_of_the_product_of_objects(document):
     assert sent.digests.find("no digest") == -1
 
 
+@pytest.mark.turns
 @settings(max_examples=40, deadline=None)
 @given(documents(FINE))
 def test_costs_and_places_are_those_of_each_case(document):
@@ -185,6 +188,7 @@ def test_costs_and_places_are_those_of_each_case(document):
             assert (place[a] == place[b]) == (own[a] == own[b])
 
 
+@pytest.mark.turns
 @settings(max_examples=40, deadline=None)
 @given(documents(FINE), st.randoms(use_true_random=False))
 def test_boundaries_are_those_of_lines_of_cases(document, chance):

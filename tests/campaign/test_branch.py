@@ -274,6 +274,7 @@ def folded(tmp_path_factory):
         return out
 
 
+@pytest.mark.turns
 def test_a_fold_is_bisected_and_its_cases_go_on_from_the_last_before_it(folded):
     design = Design.of(FOLDED)
     with Results(folded) as results:
@@ -295,6 +296,7 @@ def test_a_fold_is_bisected_and_its_cases_go_on_from_the_last_before_it(folded):
     assert States(folded).names() == {f"{name}-end" for name in rows}  # others follow
 
 
+@pytest.mark.slow
 def test_a_branch_is_refined_further_without_computing_a_case_again(folded, tmp_path):
     out = Path(shutil.copytree(folded, tmp_path / "out"))
     finer = FOLDED | {"refine": FOLDED["refine"] | {"levels": 4}}
@@ -366,6 +368,7 @@ def test_refinement_of_branches_leaves_open_changes_alone():
     assert [word_of("regime", row) for row in rows] == ["undecided", "sustained"]
 
 
+@pytest.mark.turns
 def test_the_table_and_the_figure_of_branches_are_those_of_the_campaign(swept, capsys):
     assert main(["branches", str(swept), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)

@@ -140,6 +140,7 @@ def test_the_limit_of_a_case_ends_its_measurement(tmp_path, monkeypatch):
         compute(case, "d", checkpoints, 3.0 * alone, lambda: None)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", ["modal", "exact", "general"])
 def test_twins_of_a_free_casing_come_together_as_its_slowest_mode_decays(scheme):
     """They part by the casing alone: what is between them is its free motion."""
@@ -232,6 +233,7 @@ def campaign(tmp_path_factory):
         return place, data.load()
 
 
+@pytest.mark.turns
 def test_a_campaign_stores_the_numbers_and_classify_keeps_them(campaign):
     place, data = campaign
     words = data["motion"].values.tolist()
@@ -254,6 +256,7 @@ def test_a_campaign_stores_the_numbers_and_classify_keeps_them(campaign):
         assert after["motion"].values.tolist() == words
 
 
+@pytest.mark.turns
 def test_a_map_shows_motions_and_exponents(campaign, tmp_path):
     place, _ = campaign
     for colour in ("motion", "exponent"):

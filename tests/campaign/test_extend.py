@@ -52,6 +52,7 @@ def whole(tmp_path_factory):
     return found
 
 
+@pytest.mark.turns
 def test_the_campaign_has_words_of_each_stage(tmp_path):
     run(tmp_path, until="decided", longest=0.8)
     data = hpcwhirl.open_results(tmp_path)
@@ -59,6 +60,7 @@ def test_the_campaign_has_words_of_each_stage(tmp_path):
     assert "undecided" in hpcwhirl.words(data.regime)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("keep", [True, False])
 def test_an_extended_campaign_is_one_that_went_on_by_itself(
     whole, tmp_path, steps_of, keep
@@ -84,6 +86,7 @@ def test_an_extended_campaign_is_one_that_went_on_by_itself(
     assert (alone < steps - opened * 20_000) == keep
 
 
+@pytest.mark.turns
 def test_a_campaign_extended_twice_goes_on_from_where_it_was(tmp_path):
     run(tmp_path)
     run(tmp_path, 0.3)

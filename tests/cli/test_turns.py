@@ -25,11 +25,11 @@ def kept(items):
     return [turns.kept(items, turn) for turn in range(TURNS)]
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 5, 40])
+@pytest.mark.parametrize("count", [1, 3, 4, 5, 40])
 def test_every_row_has_its_turn_and_every_turn_a_row(count):
     rows = [Item(Path("a.py"), f"test_law[{n}]") for n in range(count)]
     shares = kept(rows)
-    assert all(shares)
+    assert count < TURNS or all(shares)
     assert {row for share in shares for row in share} == set(rows)
     assert sum(map(len, shares)) < count + TURNS
 

@@ -300,6 +300,7 @@ def test_an_interval_is_as_long_as_its_phase_may_err(scheme):
             assert (fastest * missed <= speed.USUAL) == kept
 
 
+@pytest.mark.turns
 def test_a_run_up_with_rotation_is_that_of_all_sectors():
     """Euler's force and the changing matrices are those of the whole rotor."""
     given = RUB | {"rotation": "full", "nodal_diameter": 2, "duration": 5e-4}
@@ -401,6 +402,7 @@ def test_a_table_of_constant_speed_is_that_speed():
     assert np.abs(table.tips - still.tips).max() < 1e-9 * np.abs(still.tips).max()
 
 
+@pytest.mark.turns
 def test_the_largest_amplitude_of_a_passage_is_that_of_cornus_spiral():
     # without damping, q = omega^2 / |dOmega/dt|: max |z| / e -> 1.467 sqrt(q) as q
     # grows, at Omega / omega = 1 +- 2.16 / sqrt(q) (Lewis 1932; stationary phase)
@@ -456,6 +458,7 @@ def test_a_gap_by_a_table_is_that_of_the_law_it_samples():
         assert one.schedule.gap(time) == pytest.approx(two.schedule.gap(time), rel=2e-3)
 
 
+@pytest.mark.turns
 def test_the_gap_at_rest_shrinks_by_the_growth_at_each_speed():
     given = {"rotation": "full", "gap_at": "rest", "gap": 1e-3, "time_step": 8e-6,
              "acceleration": 100.0, "duration": 1.0, "speed": 200.0}  # fmt: skip

@@ -70,6 +70,7 @@ def test_a_block_on_a_belt_sticks_and_slips_with_the_known_period():
     assert np.diff(path.time[late][up]).mean() == pytest.approx(period, rel=0.01)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("friction", [0.05, 0.1])
 def test_a_block_on_an_oscillating_plane_has_the_triangle_of_velocities(friction):
     # where it never sticks its speed changes at mu N, turning where it meets the plane
@@ -118,6 +119,7 @@ def drawn_problem(rng, tips):
     return rng.normal(size=tips) - 0.7, rng.normal(size=tips), half @ half.T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tips", [1, 2, 5, 12])
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.8, 3.0])
 def test_the_forces_of_drawn_problems_obey_the_law(tips, mu):

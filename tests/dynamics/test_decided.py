@@ -43,6 +43,7 @@ CASES = {
 }
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", CASES)
 def test_a_case_decided_late_is_one_that_was_asked_for_that_long(name):
     settings, end = CASES[name]
@@ -121,6 +122,7 @@ def test_a_case_stopped_again_and_again_has_the_same_bits(
     assert_same(result, whole)
 
 
+@pytest.mark.turns
 def test_words_do_not_depend_on_what_is_kept():
     kept = ({"traces": "summary"}, {"traces": "full", "interval": 7e-3}, {})
     rows = [simulate(scene(**LASTING, speed=430.0, **each)).row for each in kept]

@@ -259,6 +259,7 @@ def test_dry_whip_of_stiff_blades_has_black_s_frequency_and_force(folder, speed)
     assert omega - published[0] == pytest.approx(speed, rel=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.97, 1.03])
 def test_dry_whip_of_a_rigid_disk_comes_to_black_s_orbit_from_both_sides(
     rigid_disk, scale
@@ -271,6 +272,7 @@ def test_dry_whip_of_a_rigid_disk_comes_to_black_s_orbit_from_both_sides(
     assert normal == pytest.approx(root[1], rel=0.02)
 
 
+@pytest.mark.turns
 def test_the_slower_of_black_s_orbits_is_unstable(rigid_disk):
     # from below contact is lost, from above it goes over to the faster one
     slow = black(0.1, 100.0)[-1]

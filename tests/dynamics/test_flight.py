@@ -107,6 +107,7 @@ def flown(march, steps):
     return gaps + departure(shape_of(march.scene), places)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("speed", [410.0, -150.0])
 def test_free_motion_is_the_same_at_any_step_and_with_any_jumps(speed):
     # each mode must be Re c e^{lambda t}: c from two steps, t after hundreds of jumps

@@ -133,6 +133,7 @@ def test_waves_move_and_are_booked_as_the_modes_that_they_are_made_of(name):
     assert waves.ledger["residual"] == pytest.approx(0.0, abs=1e-10)
 
 
+@pytest.mark.turns
 def test_waves_of_many_blades_open_gaps_as_the_whole_rotor_does():
     """W is circulant and, but for rotation and friction, would be symmetric."""
     march = march_of(blades=22, modes=110, friction=0.2, scheme="modal")

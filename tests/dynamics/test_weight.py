@@ -107,6 +107,7 @@ def test_auto_rotation_takes_weight_for_a_reason():
     assert case_of(scheme="exact").handed_over.startswith("the rotor's weight")
 
 
+@pytest.mark.turns
 def test_model_tells_the_sag_beside_the_gap(capsys):
     asked = [f"{name}={value}" for name, value in SMALL.items()]
     given = [part for text in asked for part in ("--set", text)]

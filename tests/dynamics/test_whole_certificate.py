@@ -69,6 +69,7 @@ def moved(march, steps):
     return most
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("wave", "share"), [(0, 0.9), (4, 0.9), (None, 0.2)])
 @pytest.mark.parametrize("unbalance", [0.0, 1e-3])
 def test_the_bound_of_the_certificate_is_one_of_each_blade(wave, share, unbalance):

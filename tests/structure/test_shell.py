@@ -87,6 +87,7 @@ def march(**settings):
     return found.run()
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("families", ["all", "bending"])
 def test_blades_of_one_point_see_it_by_every_scheme(families):
     one, *others = (

@@ -9,6 +9,8 @@ import subprocess
 from pathlib import Path
 from zlib import crc32
 
+import pytest
+
 TURNS = 4
 ALL = "all"
 MARKS = "turns", "slow"
@@ -16,6 +18,29 @@ COUNT = "git", "rev-list", "--count", "HEAD"
 HEAD = "git", "rev-parse", "--short=8", "HEAD"
 SHALLOW = "git", "rev-parse", "--is-shallow-repository"
 ROOT = Path(__file__).parents[2]
+
+
+class Turn:
+    """A plugin of pytest: of the tests that options have chosen, those of a turn."""
+
+    def __init__(self, number):
+        self.number = number
+
+    @classmethod
+    def of(cls, word):
+        """Return the turn of an option: `commit`, `all`, or a number."""
+        if word == ALL:
+            return cls(ALL)
+        return cls(turn_of_commit() if word == "commit" else int(word) % TURNS)
+
+    def pytest_report_header(self):
+        return f"turn {self.number} of {TURNS}"
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, config, items):
+        asked = kept(items, self.number)
+        config.hook.pytest_deselected(items=[*{*items} - {*asked}])
+        items[:] = asked
 
 
 def turn_of_commit(ask=None):
@@ -36,9 +61,12 @@ def answer(words):
 
 
 def asked(rows, turn):
-    """Return those of a grid's rows that are asked in a turn, one at least."""
+    """Return those of a grid's rows that are asked in a turn.
+
+    Of `TURNS` rows or more one at least: no law is left out of a turn.
+    """
     own = [row for row in rows if crc32(row.encode()) % TURNS == turn]
-    return own or [rows[turn % len(rows)]]
+    return own or rows[turn % len(rows) :][: len(rows) >= TURNS]
 
 
 def kept(items, turn):
