@@ -17,7 +17,7 @@ from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.case.unbalance import centre_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.shaft_whirl import Held, held_by, whirl_matrices
-from hpcwhirl.reduction.supports import Support, film_shares
+from hpcwhirl.reduction.supports import LoadedBearing, Support, film_shares
 from hpcwhirl.scene import Rotor
 from hpcwhirl.scene.shaft_tables import WORDS
 from hpcwhirl.structure.shaft import GROUND, NODE, ShaftLine, line_of
@@ -70,6 +70,8 @@ def _supports(line: ShaftLine, model: Model, places: Floats) -> tuple[Held, ...]
     stations, out = iter(model.rotor.terms.stations), []
     for own, held in zip(line.supports, held_by(line), strict=True):
         support, one = held.support, None if own.is_spring else next(stations)
+        if one is not None and isinstance(one.support, LoadedBearing):
+            support = replace(one.support, spring=0.0)
         if one is not None and own.film:
             radius = float(np.hypot(*(one.rows @ places)))
             across = film_shares(radius / own.clearance)[1]

@@ -36,11 +36,17 @@ from hpcwhirl.case.unbalance import (
     is_unbalanced,
 )
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.bearing_laws import FULLEST
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import Spin, unlike
 from hpcwhirl.reduction.numbers import one_thread, representable, zero_between
-from hpcwhirl.reduction.supports import Bearing, Support, film_shares
+from hpcwhirl.reduction.supports import (
+    Bearing,
+    LoadedBearing,
+    Support,
+    film_shares,
+)
 from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
@@ -164,6 +170,9 @@ def check_supports(model: Model, scene: Scene) -> None:
     if spin.is_plain:
         return
     for one in unlike(model.rotor, model.blades):
+        if isinstance(one.support, LoadedBearing):
+            _check_carried(one.support, scene.speed)
+            continue
         own, row = one.support.at(scene.speed), one.rows[0] @ model.rotor.shapes
         held = 1.0 / float((row**2 / model.rotor.omega**2).sum()) + own.stiffness.real
         _check_directions(own, held, scene)
@@ -172,6 +181,16 @@ def check_supports(model: Model, scene: Scene) -> None:
         raise InputError(
             f"unbalance must be 0 {told}, and lost_blade {NO_BLADE}, got "
             f"{scene.unbalance} and {scene.engine.rotor.lost_blade}"
+        )
+
+
+def _check_carried(own: LoadedBearing, speed: float) -> None:
+    """Raise InputError at a speed, rad/s, too low for a film to carry its journal."""
+    if not own.is_carried(speed):
+        raise InputError(
+            f"speed must be >= {own.least:.6g} rad/s, in either direction: below, the "
+            f"rotor's weight presses a journal of the shaft beyond {FULLEST:g} of its "
+            f"clearance, got {speed:.6g}"
         )
 
 

@@ -25,10 +25,19 @@ import numpy as np
 from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.case.profile import room_of
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.bearing_laws import force_at
+from hpcwhirl.reduction.equilibrium import (
+    bearing_at,
+    equilibrium,
+    loaded_of,
+    loads_of_weight,
+    on_springs,
+    pushed_at,
+)
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import Spin
 from hpcwhirl.reduction.numbers import zero_between
-from hpcwhirl.reduction.steady import Loads, Steady, steady_response, translation
+from hpcwhirl.reduction.steady import Loads, Steady, steady_response
 from hpcwhirl.reduction.supports import CLOSED, Bearing, Support, film_shares
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.rules import NO_BLADE
@@ -173,7 +182,10 @@ def exact_steady(model: Model, scene: Scene) -> Steady:
 def _steady(
     model: Model, given: tuple[complex, complex], speed: float, step: float
 ) -> Steady:
-    spin, loads = model.rotor.spin, _loads(model, given, speed)
+    loads = _loads(model, given, speed)
+    if step and loaded_of(model.rotor.spin):
+        model, loads = _in_bearings(model, loads, given[1], speed)
+    spin = model.rotor.spin
     try:
         if spin is not None and films_of(spin):
             found = _circle_in_films(model, spin, loads, speed)
@@ -203,18 +215,7 @@ def _loads(model: Model, given: tuple[complex, complex], speed: float) -> Loads:
         load += speed**2 * model.rotor.terms.released
     if weight == 0.0:
         return {0: load}
-    return {0: load, 1: _hanging(model, weight)}
-
-
-def _hanging(model: Model, weight: complex) -> Complexes:
-    """Return F, (n,), N, of the forces Re(F e^{i theta}) by the rotor's weight.
-
-    theta is the rotor's angle; weight : g_x + i g_y, m/s^2
-    """
-    carried = model.rotor.mass @ translation(model.rotor, model.blades)
-    if model.rotor.terms.hung is not None:
-        carried = carried + [1.0, 1.0j] @ model.rotor.terms.hung
-    return np.asarray(carried * weight.conjugate())
+    return {0: load, **loads_of_weight(model.rotor, model.blades, weight)}
 
 
 def weight_forces(model: Model, scene: Scene) -> Floats:
@@ -224,8 +225,31 @@ def weight_forces(model: Model, scene: Scene) -> Floats:
     """
     if not weighs(scene):
         return np.zeros((2, len(model.rotor.mass)))
-    found = _hanging(model, weight_of(scene))
+    weight = weight_of(scene)
+    found = loads_of_weight(model.rotor, model.blades, weight)[1]
     return np.array([found.real, -found.imag])
+
+
+def _in_bearings(
+    model: Model, loads: Loads, weight: complex, speed: float
+) -> tuple[Model, Loads]:
+    """Return model and loads with which the sag is the equilibrium in bearings.
+
+    Journal and rolling bearings become springs and dampers that are the same in all
+    directions, and the rest of their force in equilibrium a load. So a circle beside
+    the sag is round; what the bearings do beyond it is left to the time integration.
+
+    loads, weight, speed : result of `_loads`; g_x + i g_y, m/s^2; Omega, rad/s
+    """
+    spin, rotor = model.rotor.terms, on_springs(model.rotor, speed)
+    if weight != 0.0:
+        found = equilibrium(model.rotor, model.blades, weight).at(speed)
+        for i, place in zip(loaded_of(spin), found.tolist(), strict=True):
+            held = rotor.terms.stations[i].support.at(speed).stiffness
+            own = bearing_at(spin, i)
+            force = force_at(own.law, place, speed) + (held + own.spring) * place
+            loads = loads | {1: loads[1] + pushed_at(spin.stations[i], force)}
+    return replace(model, rotor=rotor), loads
 
 
 def films_of(spin: Spin) -> list[int]:

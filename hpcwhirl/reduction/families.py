@@ -10,19 +10,23 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.reduction.bodies import contact_rows
-from hpcwhirl.reduction.model import MOST_KEPT, Model
 from hpcwhirl.reduction.modes import SUSPENSION_SHARE, ModalModel, centre_rows
 from hpcwhirl.reduction.recognise import equal_sectors
 from hpcwhirl.reduction.spin import turned_alike
 
+if TYPE_CHECKING:  # which imports this module for the waves of a rotor
+    from hpcwhirl.reduction.model import Model
+
 HELD = "suspension", "conical"  # families of modes on the springs of the shaft
 UNKNOWN = "unknown"  # family if shapes do not determine the shaft's springs
 MOVING_SHARE = 0.1  # least energy share in the springs for a mode that moves the shaft
+MOST_KEPT = 32  # number of cached rotors, as in `model`
 PAIR = 1e-8  # relative difference of frequencies up to which a pair is one line
 
 

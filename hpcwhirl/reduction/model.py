@@ -6,8 +6,9 @@ loads on the casing of forces there.
 
 from __future__ import annotations
 
+import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.linalg import eigh
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import casing_model, file_model, rotor_model
+from hpcwhirl.reduction.equilibrium import loaded
 from hpcwhirl.reduction.modes import ModalModel, has_centre, stiffening_at
 from hpcwhirl.reduction.numbers import representable
 from hpcwhirl.reduction.round_casing import check_lobes
@@ -159,7 +161,18 @@ def model_of(scene: Scene) -> Model:
             check_lobes(*source, scene.nodal_diameter)
         ring = casing, rotor.radius + scene.gap, source
     modes = _modes_of_file(scene) if file else scene.solver.modes
-    return _model(rotor, modes, (file, content), ring, scene.engine.rotation)
+    found = _model(rotor, modes, (file, content), ring, scene.engine.rotation)
+    return _loaded(found, cmath.rect(scene.gravity, scene.gravity_angle))
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _loaded(model: Model, weight: complex) -> Model:
+    """Return a model whose bearings are those of its equilibrium under its weight.
+
+    weight : g_x + i g_y, m/s^2
+    """
+    rotor = loaded(model.rotor, model.blades, weight)
+    return model if rotor is model.rotor else replace(model, rotor=rotor)
 
 
 def _modes_of_file(scene: Scene) -> int | None:

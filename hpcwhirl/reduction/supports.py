@@ -49,16 +49,19 @@ names.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
+from hpcwhirl.reduction.bearing_laws import Journal, Law, Rolling, linearised
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.structure import LineSupport, Mount
 
+NONE, NO_COLUMNS = np.zeros(1), np.zeros((1, 8))  # a table of speeds without numbers
 CLOSED = 0.99  # eps beyond which damping is taken as constant
 OFF = 0.1  # relative increase of the damping up to which c_0 is a fair approximation
 RIGID = 0.01  # largest relative deviation from a translation; left-out modes cause it
@@ -80,6 +83,9 @@ class Support:
     stiffness_apart, damping_apart : k_d, c_d, by which directions differ
     film, clearance : damping c_0, N s/m, of a squeeze film, which c includes, and its
         clearance, m; 0: no film
+    bearing, spring, speed : law of a journal or rolling bearing, of which the others
+        are the linearisation; stiffness that the rotor's own matrix has in its place;
+        rad/s, of the linearisation
     """
 
     stiffness: complex = 0j
@@ -88,6 +94,9 @@ class Support:
     damping_apart: complex = 0j
     film: float = 0.0
     clearance: float = 0.0
+    bearing: Law | None = None
+    spring: float = 0.0
+    speed: float = 0.0
 
     @property
     def is_round(self) -> bool:
@@ -100,7 +109,7 @@ class Support:
     @property
     def is_plain(self) -> bool:
         """Whether the supports' matrices in the rotating frame are constant in time."""
-        return self.is_round and self.film == 0.0
+        return self.is_round and self.film == 0.0 and self.bearing is None
 
     def at(self, speed: float) -> Support:
         """Return the supports at a speed, rad/s: mirrored if it is clockwise."""
@@ -222,6 +231,42 @@ def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
     return Bearing(table[:, 0], table[:, 1:], spring)
 
 
+@dataclass(frozen=True, eq=False)
+class LoadedBearing(Bearing):
+    """A journal or rolling bearing, by its linearisation about the rotor's equilibrium.
+
+    Attributes
+    ----------
+    law : its force
+    sag : function from a speed, rad/s, to the displacement in equilibrium, m, complex,
+        static frame; None: the middle
+    least : rad/s, below which the linearisation is that at this speed: weight presses a
+        journal through its film
+    """
+
+    law: Law = field(kw_only=True)
+    sag: Callable[[float], complex] | None = None
+    least: float = 0.0
+
+    @property
+    def is_round(self) -> bool:
+        """Whether its linearisation is the same in all directions: not in general."""
+        return False
+
+    def at(self, speed: float) -> Support:
+        """Return the springs and dampers of small motions at a speed, rad/s."""
+        turned = math.copysign(max(abs(speed), self.least), speed)
+        place = self.sag(turned) if self.sag else 0j
+        each = linearised(self.law, place, turned)
+        (k, k_d), (c, c_d) = (_by_direction(one.ravel()) for one in each)
+        linear = Support(k - self.spring, c, k_d, c_d)
+        return replace(linear, bearing=self.law, spring=self.spring, speed=speed)
+
+    def is_carried(self, speed: float) -> bool:
+        """Return whether a film carries the journal at a speed, rad/s."""
+        return abs(speed) >= self.least
+
+
 def film_shares(eccentricity: float) -> tuple[float, float]:
     """Return how much more than c_0 a squeeze film damps an eccentric motion.
 
@@ -261,7 +306,10 @@ class Station:
     @property
     def is_constant(self) -> bool:
         """Whether its coefficients are the same at all speeds."""
-        return isinstance(self.support, Support) or len(self.support.speeds) == 1
+        own = self.support
+        if isinstance(own, Support):
+            return True
+        return not isinstance(own, LoadedBearing) and len(own.speeds) == 1
 
 
 def of_line(own: LineSupport) -> Support | Bearing:
@@ -269,9 +317,21 @@ def of_line(own: LineSupport) -> Support | Bearing:
 
     Its stiffness at the first speed, which is part of the line's, is left out.
     """
+    if own.law:
+        return LoadedBearing(NONE, NO_COLUMNS, own.springs, law=law_of(own.law))
     if own.film:
         return Support(damping=own.film + 0j, film=own.film, clearance=own.clearance)
     return bearing_of(list(own.rows), own.springs)
+
+
+def law_of(numbers: tuple[str | float, ...]) -> Law:
+    """Return the law of a bearing of a shaft line; numbers : `LineSupport.law`."""
+    kind, *rest = numbers
+    if kind == "journal":
+        viscosity, length, radius, c = map(float, rest)
+        return Journal(viscosity * radius * (length / c) ** 3, c)
+    hertz, c, balls, cage = map(float, rest)
+    return Rolling(hertz, c, int(balls), cage)
 
 
 ROUND = Support()  # only the springs in the rotor's matrix

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -53,6 +54,15 @@ SECTION = {"length": "m", "outer": "m", "outer_end": "m", "inner": "m",
 DISK = {"station": "1", "mass": "kg", "polar": "kg m^2", "diametral": "kg m^2"}
 FILM = {"film_viscosity": "Pa s", "film_length": "m", "film_radius": "m",
         "film_clearance": "m"}  # fmt: skip
+JOURNAL = {"journal_viscosity": "Pa s", "journal_length": "m", "journal_radius": "m",
+           "journal_clearance": "m"}  # fmt: skip
+BROKEN = "N/m^1.5"
+NUMBER = re.compile(r"\d+(\.\d*)?([eE][+-]?\d+)?")
+ROLLING = {"rolling_stiffness": "1", "rolling_clearance": "m",
+           "rolling_balls": "1", "rolling_cage": "1"}  # fmt: skip
+CAGE = 0.4  # usual speed of a cage over that of the rotor
+FEWEST_BALLS, MOST_BALLS = 3, 200
+LAWS = {"journal": JOURNAL, "rolling": ROLLING}
 PEDESTAL = "pedestal_mass", "pedestal_kxx", "pedestal_cxx"
 LINE = {"sections", "disks", "bearings", "viscous", "loss", *MATERIAL}
 ROSS = "ShaftElement", "DiskElement", "BearingElement", "SealElement", "PointMass"
@@ -121,7 +131,11 @@ def _check_form(line: Mapping[str, Any]) -> None:
 
 
 def _is_film(numbers: Any) -> bool:
-    """Return whether numbers are those of a film: mu, L, R, c, in SI."""
+    """Return whether numbers are those of a film: mu, L, R, c, in SI, or of a law."""
+    if isinstance(numbers[0], str):
+        kind, *rest = numbers
+        are_fit = all(0.0 <= x < math.inf for x in rest)
+        return kind in LAWS and len(rest) == len(LAWS[kind]) and are_fit
     return len(numbers) == len(FILM) and all(0.0 < x < math.inf for x in numbers)
 
 
@@ -234,11 +248,17 @@ def _bearing(
     node = _node(one, where, stations)
     foot = {key: one.pop(key) for key in PEDESTAL if key in one}
     film = {key: one.pop(key) for key in FILM if key in one}
+    nonlinear: list[Any] = []
+    for kind, keys in LAWS.items():
+        if given := {key: one.pop(key) for key in keys if key in one}:
+            nonlinear.append([kind, *_law(kind, given, where)])
     del one["station"]
-    usual = {"cxx": 0.0} | ({"kxx": 0.0} if film else {})
-    own = [[node, len(pedestals) if foot else -1, _rows(usual | one, where)]]
-    if film:
-        own.append([*own[0][:2], [[0.0] * OF_ROW], _film(film, where)])
+    place = [node, len(pedestals) if foot else -1]
+    usual = {"cxx": 0.0} | ({"kxx": 0.0} if film or nonlinear else {})
+    is_alone = bool(nonlinear) and not film and not one
+    own = [] if is_alone else [[*place, _rows(usual | one, where)]]
+    nonlinear += [_film(film, where)] if film else []
+    own += [[*place, [[0.0] * OF_ROW], numbers] for numbers in nonlinear]
     if not foot:
         return own
     missing = ", ".join(key for key in PEDESTAL[:2] if key not in foot)
@@ -253,10 +273,44 @@ def _bearing(
 
 def _film(given: Mapping[str, Any], where: str) -> list[float]:
     """Return a film's numbers in the order of `FILM`, all > 0."""
-    missing = [key for key in FILM if key not in given]
-    must(not missing, f"{where} must have {', '.join(missing)} of its squeeze film")
-    numbers = [_number(given, key, unit, where) for key, unit in FILM.items()]
-    for key, number in zip(FILM, numbers, strict=True):
+    return _positive(given, FILM, where, "squeeze film")
+
+
+def _law(kind: str, given: Mapping[str, Any], where: str) -> list[float]:
+    """Return the numbers of a journal or rolling bearing in the order of its keys.
+
+    kind, given : one of `LAWS`; the keys that are given
+    """
+    if kind == "journal":
+        return _positive(given, JOURNAL, where, "journal bearing")
+    usual: dict[str, Any] = {"rolling_clearance": 0.0, "rolling_cage": CAGE, **given}
+    stiffness = usual.get("rolling_stiffness")
+    if isinstance(stiffness, str):  # no unit of UDUNITS has a broken power
+        number = stiffness.removesuffix(BROKEN).strip()
+        told = f"{where}: rolling_stiffness must be in {BROKEN}, got {shown(stiffness)}"
+        must(NUMBER.fullmatch(number), told)
+        usual["rolling_stiffness"] = float(number)
+    must_be = {key: ROLLING[key] for key in ("rolling_stiffness", "rolling_balls")}
+    stiff, balls = _positive(usual, must_be, where, "rolling bearing")
+    whole = balls == int(balls) and FEWEST_BALLS <= balls <= MOST_BALLS
+    must(whole, f"{where}: rolling_balls must be a whole number, {FEWEST_BALLS} to "
+                f"{MOST_BALLS}, got {balls:g}")  # fmt: skip
+    clearance, cage = (
+        _number(usual, key, ROLLING[key], where)
+        for key in ("rolling_clearance", "rolling_cage")
+    )
+    must(cage < 1.0, f"{where}: rolling_cage must be < 1, got {cage:g}")
+    return [stiff, clearance, balls, cage]
+
+
+def _positive(
+    given: Mapping[str, Any], units: Mapping[str, str], where: str, what: str
+) -> list[float]:
+    """Return the numbers of all keys in `units`, in SI, all > 0."""
+    missing = [key for key in units if key not in given]
+    must(not missing, f"{where} must have {', '.join(missing)} of its {what}")
+    numbers = [_number(given, key, unit, where) for key, unit in units.items()]
+    for key, number in zip(units, numbers, strict=True):
         must(number > 0.0, f"{where}: {key} must be > 0, got {number:g}")
     return numbers
 

@@ -37,8 +37,9 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh
@@ -183,6 +184,8 @@ class LineSupport:
         N/m, N s/m
     film, clearance : damping c_0, N s/m, of a squeeze film, which c_xx and c_yy
         include, and its clearance, m; 0: no film
+    law : ("journal", mu, L, R, c) or ("rolling", K, c, n, share of the cage) of a
+        bearing, see `reduction.bearing_laws`; () for another support
     """
 
     at: int
@@ -190,17 +193,24 @@ class LineSupport:
     rows: tuple[tuple[float, ...], ...]
     film: float = 0.0
     clearance: float = 0.0
+    law: tuple[str | float, ...] = ()
 
     @property
     def springs(self) -> float:
-        """Mean stiffness (k_xx + k_yy) / 2 at the first speed, N/m."""
+        """Mean stiffness (k_xx + k_yy) / 2 at the first speed, N/m.
+
+        Of a journal or rolling bearing one for the modes at rest, of small motions at
+        100 rad/s and at 10 um of its balls: a film has none at rest.
+        """
+        if self.law:
+            return _reference(self.law)
         return (self.rows[0][1] + self.rows[0][4]) / 2
 
     @property
     def is_spring(self) -> bool:
         """Whether it is a constant spring, the same in all directions."""
         _, xx, xy, yx, yy, *damping = self.rows[0]
-        alone = len(self.rows) == 1 and xx == yy and xy == yx == 0.0
+        alone = len(self.rows) == 1 and not self.law and xx == yy and xy == yx == 0.0
         return alone and not any(damping)
 
     def row(self, size: int) -> Floats:
@@ -210,6 +220,15 @@ class LineSupport:
         if self.to != GROUND:
             row[self.to] = -1.0
         return row
+
+
+def _reference(law: tuple[str | float, ...]) -> float:
+    """Return a stiffness, N/m, of a bearing; law : `LineSupport.law`."""
+    kind, *numbers = law
+    a, b, c, d = map(float, numbers)
+    if kind == "journal":  # mu, L, R, c
+        return 100.0 * a * c * (b / d) ** 3
+    return 0.75 * a * c * math.sqrt(1e-5)  # K, c, n, share of the cage
 
 
 @dataclass(frozen=True)
@@ -352,14 +371,17 @@ def line_of(text: str) -> ShaftLine:
 
 
 def _support_of(
-    at: int, to: int, rows: list[list[float]], film: list[float] | None = None
+    at: int, to: int, rows: list[list[float]], film: Any = None
 ) -> LineSupport:
-    """Return a support from its rows, or from the numbers of `small_damping`.
+    """Return a support from its rows, from the numbers of `small_damping`, or its law.
 
-    at, to, rows, film : see `LineSupport`; mu, L, R, c of a squeeze film
+    at, to, rows, film : see `LineSupport`; mu, L, R, c of a squeeze film, or `law`
     """
+    plain = LineSupport(at, to, tuple(map(tuple, rows)))
     if film is None:
-        return LineSupport(at, to, tuple(map(tuple, rows)))
+        return plain
+    if isinstance(film[0], str):
+        return replace(plain, law=tuple(film))
     viscosity, length, radius, clearance = film
     c = small_damping(viscosity, length, radius, clearance)
     row = (0.0, *(0.0,) * 4, c, 0.0, 0.0, c)

@@ -32,12 +32,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import has_steady, steady
 from hpcwhirl.dynamics.bodies.motion import CentralSteps
-from hpcwhirl.dynamics.kernels.kernel_types import NOTHING, Body, Stand
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    NO_MODES,
+    NOTHING,
+    Bearings,
+    Body,
+    Stand,
+)
 from hpcwhirl.dynamics.kernels.standing import (
+    JOURNAL,
+    PLAIN,
+    ROLLING,
     add_support,
     at_support,
     film_at,
@@ -46,9 +55,11 @@ from hpcwhirl.dynamics.kernels.standing import (
     terms_at,
     turned_at,
 )
+from hpcwhirl.reduction.bearing_laws import Rolling, force_at
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, unlike
+from hpcwhirl.reduction.supports import Support
 from hpcwhirl.reduction.waves import turning_matrices
 from hpcwhirl.scene import Scene
 
@@ -161,6 +172,9 @@ EMPTY, NO_NUMBERS = np.zeros(0), np.zeros(0, dtype=complex)
 ALIKE = Stand(
     *(NONE,) * 3, *(NO_NUMBERS,) * 2, np.zeros(1), 0.0, *(EMPTY,) * 2,
     *(NO_NUMBERS,) * 4,
+    Bearings(
+        NO_MODES, NO_MODES, NO_NUMBERS, *(EMPTY,) * 2, NO_NUMBERS, EMPTY, NO_NUMBERS
+    ),
 )  # fmt: skip
 
 
@@ -275,23 +289,65 @@ def standing(model: Model, scene: Scene, inverse: Floats, basis: Floats) -> Stan
     own, hub = [one.support.at(scene.speed) for one in every], unlike_rows(model, basis)
     moved = np.ascontiguousarray((inverse @ hub.T).T)
     give = hub @ moved.T / (2 * scene.solver.time_step)
-    film = np.array([one.film for one in own])
-    clearance = np.array([one.clearance or 1.0 for one in own])
-    found = steady(model, scene) if film.any() else None
+    film, clearance = np.array([one.film for one in own]), _clearances(own)
+    nonlinear = film.any() or any(one.bearing for one in own)
+    found = steady(model, scene) if nonlinear else None
     rows = np.vstack([one.rows for one in every])
     places = np.zeros((2, len(rows)), dtype=complex)
     if found is not None:
         places = np.array([found.still @ rows.T, found.of(1) @ rows.T])
     z, (x, y) = places[0, ::2] + 1j * places[0, 1::2], places[1].reshape(-1, 2).T
-    across = np.array([film_at(one)[0] for one in np.abs(z / clearance) ** 2])
-    apart = [(one.stiffness_apart, one.damping_apart) for one in own]
-    stiffness, damping = np.ascontiguousarray(np.array(apart, dtype=complex).T)
+    near = np.abs(z / np.where(film > 0.0, clearance, 1.0)) ** 2
+    across = np.array([film_at(one)[0] for one in near])
+    sag, lift = (x - 1j * y).conj() / 2, (x + 1j * y) / 2
+    stiffness, damping = _apart(own)
     return Stand(
         np.ascontiguousarray(hub), moved, np.ascontiguousarray(give), stiffness,
         damping, np.array([scene.speed]), scene.solver.time_step, film, clearance,
-        z, 1j * scene.speed * film * across * z, (x - 1j * y).conj() / 2,
-        (x + 1j * y) / 2,
+        z, 1j * scene.speed * film * across * z, sag, lift, _bearings(own, sag),
     )  # fmt: skip
+
+
+def _clearances(own: list[Support]) -> Floats:
+    """Return the clearances of films and bearings, (s,), m; 1 of other supports."""
+    return np.array([
+        one.clearance or 1.0 if one.bearing is None else one.bearing.clearance
+        for one in own
+    ])  # fmt: skip
+
+
+def _apart(own: list[Support]) -> Complexes:
+    """Return k_d and c_d of supports, (2, s); 0 of bearings, whose force has them."""
+    each = ((one.stiffness_apart, one.damping_apart) for one in own)
+    parts = [
+        (0j, 0j) if one.bearing else pair for one, pair in zip(own, each, strict=True)
+    ]
+    return np.ascontiguousarray(np.array(parts, dtype=complex).T)
+
+
+def _bearings(own: list[Support], sag: Complexes) -> Bearings:
+    """Return the kernel's arrays of journal and rolling bearings among supports.
+
+    own, sag : supports at a speed; (s,), m, static frame
+    """
+    rows = [_bearing(*one) for one in zip(own, sag.tolist(), strict=True)]
+    kinds = int, int, complex, float, float, complex, float, complex
+    return Bearings._make(map(np.array, zip(*rows, strict=True), kinds))
+
+
+def _bearing(own: Support, sag: complex) -> tuple[complex, ...]:
+    """Return the numbers of a support in the order of `Bearings`.
+
+    own, sag : the support at a speed; m, static frame
+    """
+    law, held = own.bearing, own.stiffness + own.spring
+    if law is None:
+        return PLAIN, 1, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    rest = held, own.damping.real, force_at(law, sag, own.speed) + held * sag
+    if isinstance(law, Rolling):
+        between = np.exp(2j * np.pi / law.balls)
+        return ROLLING, law.balls, between, law.hertz, law.cage, *rest
+    return JOURNAL, 1, 1.0, law.film, 0.5, *rest
 
 
 def driven_standing(model: Model, hub: Floats, step: float) -> Stand:
@@ -304,14 +360,13 @@ def driven_standing(model: Model, hub: Floats, step: float) -> Stand:
     every = [one.support for one in unlike(model.rotor, model.blades)]
     if not every:
         return ALIKE
-    film, clearance = (np.array([getattr(own, name, 0.0) for own in every])
-                       for name in ("film", "clearance"))  # fmt: skip
+    own = [one.at(0.0) for one in every]
     size = len(every)
-    none = np.zeros((6, size), dtype=complex)
+    k, c, circle, balance, sag, lift = np.zeros((6, size), dtype=complex)
     return Stand(
-        np.ascontiguousarray(hub), np.zeros_like(hub), np.zeros((2 * size,) * 2),
-        none[0], none[1], np.zeros(1), step, film, np.where(film, clearance, 1.0),
-        *none[2:],
+        np.ascontiguousarray(hub), np.zeros_like(hub), np.zeros((2 * size,) * 2), k, c,
+        np.zeros(1), step, np.array([one.film for one in own]), _clearances(own),
+        circle, balance, sag, lift, _bearings(own, sag),
     )  # fmt: skip
 
 
@@ -326,8 +381,9 @@ def set_standing(model: Model, stand: Stand, speed: float, moved: Floats) -> Non
     size = moved.shape[1]
     stand.speed[:], stand.moved[:, :size] = speed, moved
     stand.give[:] = stand.hub[:, :size] @ moved.T / (2 * stand.step)
-    stand.stiffness[:] = [own.stiffness_apart for own in every]
-    stand.damping[:] = [own.damping_apart for own in every]
+    stand.stiffness[:], stand.damping[:] = _apart(every)
+    stand.bearings.stiffness[:] = [own.stiffness + own.spring for own in every]
+    stand.bearings.damping[:] = [own.damping.real for own in every]
 
 
 def added_by(stand: Stand, x: Floats, free: Floats, angle: float) -> Floats:
@@ -341,12 +397,17 @@ def added_by(stand: Stand, x: Floats, free: Floats, angle: float) -> Floats:
     x, free : (n,), a rotor's coordinates, and their velocities without this force
     angle : rad, of the rotor, on which the supports' directions depend in its frame
     """
-    turned, push, size = turned_at(angle), np.zeros(room_of(stand)), len(x)
+    when, push, size = _when(angle), np.zeros(room_of(stand)), len(x)
     for p in range(len(stand.film)):
         place, moving = (at_support(stand.hub, p, row, 0, size) for row in (x, free))
-        add_support(stand, p, place, moving, turned, push)
+        add_support(stand, p, place, moving, when, push)
     solve_supports(stand, push)
     return _gained(stand, push[: len(stand.hub)])
+
+
+def _when(angle: float) -> tuple[complex, float]:
+    """Return `when` of `kernels.standing.terms_at`; angle : rad, of the rotor."""
+    return turned_at(angle), angle
 
 
 def included_in(stand: Stand, x: Floats, v: Floats, angle: float = 0.0) -> Floats:
@@ -364,10 +425,10 @@ def forces_at(stand: Stand, x: Floats, v: Floats, angle: float) -> Floats:
 
     stand, x, v, angle : as in `included_in`
     """
-    turned, push, size = turned_at(angle), np.zeros(len(stand.hub)), len(x)
+    when, push, size = _when(angle), np.zeros(len(stand.hub)), len(x)
     for p in range(len(stand.film)):
         place, moving = (at_support(stand.hub, p, row, 0, size) for row in (x, v))
-        held, even, drift = terms_at(stand, p, place, turned)
+        held, even, drift = terms_at(stand, p, place, moving, when)
         force = -held - even * moving - drift * moving.conjugate()
         push[2 * p], push[2 * p + 1] = force.real, force.imag
     return push

@@ -482,6 +482,29 @@ class ConstantSpace(NamedTuple):
     spread: Floats
 
 
+class Bearings(NamedTuple):
+    """Journal and rolling bearings among s supports, see `standing`.
+
+    Attributes
+    ----------
+    kind, balls : (s,), PLAIN, JOURNAL or ROLLING; number n of balls
+    between : (s,), e^{2 i pi / n}
+    size : (s,), c_0 / pi, N s/m, of a journal, or K, N/m^1.5, of a ball
+    turn : (s,), speed of a journal's film, 1/2, or of the cage, over that of the rotor
+    stiffness, damping : (s,), k, N/m; c, N s/m, that the rotor's matrices have
+    drawn : (s,), N, F_0
+    """
+
+    kind: Integers
+    balls: Integers
+    between: Complexes
+    size: Floats
+    turn: Floats
+    stiffness: Complexes
+    damping: Floats
+    drawn: Complexes
+
+
 class Stand(NamedTuple):
     """Forces of s supports beyond constant matrices, see `standing`.
 
@@ -493,11 +516,13 @@ class Stand(NamedTuple):
     give : (2 s, 2 s), change of the supports' velocities by unit forces, m/(N s)
     stiffness, damping : (s,), k_d, N/m; c_d, N s/m, see `reduction.supports`
     speed, step : (1,), Omega, rad/s; dt, s
-    film, clearance : (s,), c_0, N s/m, and c, m, of a squeeze film; 0, 1 if it has none
+    film, clearance : (s,), c_0, N s/m, of a squeeze film, 0 if it has none; c, m, of it
+        or of a bearing, else 1
     circle : (s,), z_s, m, displacement of an unbalanced rotor there without contact
     balance : (s,), N, i Omega (c_t - c_0) z_s, with which the circle is in equilibrium
     sag, lift : (s,), m, displacement by the rotor's weight in the static frame, and the
         part of it that turns at 2 Omega there, of unequal sectors
+    bearings : journal and rolling bearings among them
     """
 
     hub: Floats
@@ -513,6 +538,7 @@ class Stand(NamedTuple):
     balance: Complexes
     sag: Complexes
     lift: Complexes
+    bearings: Bearings
 
 
 class Body(NamedTuple):

@@ -1,8 +1,8 @@
 """Forces of supports on a rotor that no constant matrix represents.
 
-These are forces of non-rotating supports that differ by direction, and of squeeze
-films, whose damping depends on the displacement z = x + i y of the rotor there: of the
-shaft's centre, or of another station of a shaft.
+These are forces of non-rotating supports that differ by direction, of squeeze films,
+whose damping depends on the displacement z = x + i y of the rotor there, and of journal
+and rolling bearings: at the shaft's centre, or at another station of a shaft.
 
 In the rotating frame, at step n, with the displacement z and its velocity v,
 
@@ -26,7 +26,29 @@ static frame: its i Omega z_g is subtracted from the velocity that the film damp
 At a changing speed the motion is the sum of y and of r, the motion without contact, see
 `bodies.varying`: then z is that of both, z_s = z_g = 0, and Omega that of the interval.
 The angle theta stands for Omega t. The supports' forces on r are those on r alone, with
-which it moves as without any contact; those on y complete them to those on y + r.
+which it moves as without any contact; those on y complete them to those on y + r. F_0
+is 0.
+
+A journal bearing or rolling bearing (`Bearings`) has the force F(Z, V) in the static
+frame, Z the displacement and V its velocity, and the matrices of y include k and c of
+small motions about the equilibrium under the rotor's weight. The term is the rest,
+
+F(Z, V) + k Z + c V - F_0, F_0 = F(Z_g, 0) + k Z_g, Z_g the sag,
+
+which vanishes in equilibrium, whatever k and c are. In the cavitated film of a short
+journal bearing that part of the circumference carries in which w = V - i Omega/2 Z
+closes it (F. Ocvirk, NACA TN 2808, 1952; J. Booker, J. Basic Eng. 87, 1965):
+
+F = -(c_0 / pi) M w, M = int n n^T / (1 - eps cos(theta - phi))^3 dtheta, w n > 0,
+
+eps e^{i phi} = Z/c, n at the angle theta. With Sommerfeld's angle chi, cos(theta - phi)
+= (eps + cos chi) / (1 + eps cos chi), M has a closed form, `half_film`. The potential
+w M w / 2 is convex in w, M its second derivative: the half that carries is that of the
+step's velocity without these forces, and the error of second order in the step. Beyond
+`CLOSED` M stays.
+
+The n balls of a rolling bearing, at angles psi_j that turn with the cage, press by
+Hertz's law where they lack room, F = -K sum_j d_j^{3/2} n_j, d_j = Z n_j - c > 0.
 
 The equations (1 + E W) f = r of s supports have W (2 s, 2 s), the velocities by unit
 forces, and E, a block of damping for each support. They are solved without exchange of
@@ -50,6 +72,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 
 CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this value
+PLAIN, JOURNAL, ROLLING = 0, 1, 2  # `kernel_types.Bearings.kind`
 
 
 @kernel
@@ -90,6 +113,92 @@ def scaled(value, factor):
 
 
 @kernel
+def half_film(eps, along, across):
+    """Return M of a cavitated short film, see this module: M_rr, M_tt, M_rt.
+
+    r is the direction of the displacement, t across it, anticlockwise.
+
+    eps : |Z/c|, < 1
+    along, across : parts of a unit vector along w
+    """
+    square = 1.0 - eps * eps
+    root = math.sqrt(square)
+    low, high = 1.0 / (1.0 - eps * across), 1.0 / (1.0 + eps * across)
+    before, sine = (across - eps) * low, -root * along * low  # where the half begins
+    after, last = -(across + eps) * high, root * along * high
+    width = math.pi + 2.0 * math.atan(eps * along / root)
+    turn = last * after - sine * before
+    down = 1.0 / (square * root)
+    rr = (eps * eps + 0.5) * width + 2.0 * eps * (last - sine) + 0.5 * turn
+    rt = eps * (before - after) + 0.5 * (last * last - sine * sine)
+    return down * rr / square, down * 0.5 * (width - turn), down * rt / root
+
+
+@kernel
+def journal_terms(place, stream, clearance):
+    """Return E and D of the force of a cavitated film of c_0 = pi: -E w - D conj(w).
+
+    place, stream : Z, m; w, m/s, of which only the direction counts; in any frame
+    clearance : c, m
+    """
+    size, rate = abs(place), abs(stream)
+    if rate == 0.0 or size == 0.0:
+        return 0.5 * math.pi, 0j
+    way = scaled(place, 1.0 / size)
+    seen = scaled(stream * way.conjugate(), 1.0 / rate)
+    eps = min(size / clearance, math.sqrt(CLOSED))
+    rr, tt, rt = half_film(eps, seen.real, seen.imag)
+    return 0.5 * (rr + tt), complex(0.5 * (rr - tt), rt) * way * way
+
+
+@kernel
+def rolling_force(place, first, turn, balls, clearance):
+    """Return the force of a rolling bearing over K, m^1.5.
+
+    place : Z, m
+    first, turn : e^{i psi}, psi the angle of the first ball, in the frame of the place;
+        e^{2 i pi / n}
+    balls, clearance : their number n; c, m, radial
+    """
+    ball, x, y = first, 0.0, 0.0
+    for _ in range(balls):
+        lack = place.real * ball.real + place.imag * ball.imag - clearance
+        if lack > 0.0:
+            press = lack * math.sqrt(lack)
+            x, y = x - press * ball.real, y - press * ball.imag
+        ball = ball * turn
+    return complex(x, y)
+
+
+@kernel
+def bearing_terms(own, p, motion, turned, angle):
+    """Return held, even, drift of a journal or rolling bearing, see `terms_at`.
+
+    motion : Z, V, m, m/s, rotating frame: displacement, and velocity in the static
+        frame as of the step without these forces; and that of V which stays if the
+        velocity of y is 0
+    turned, angle : e^{-i theta}, theta, see `terms_at`
+    """
+    whole, rate, still = motion
+    of, k, c = own.bearings, own.bearings.stiffness[p], own.bearings.damping[p]
+    held = of.drawn[p] * turned - k * whole - scaled(still, c)
+    if of.kind[p] == ROLLING:
+        cage = of.turn[p] * angle
+        first = complex(math.cos(cage), math.sin(cage)) * turned
+        press = rolling_force(
+            whole, first, of.between[p], of.balls[p], own.clearance[p]
+        )
+        return held - scaled(press, of.size[p]), -c, 0j
+    half = of.turn[p] * own.speed[0]
+    swirl = complex(-half * whole.imag, half * whole.real)
+    even, drift = journal_terms(whole, rate - swirl, own.clearance[p])
+    even, drift = of.size[p] * even, scaled(drift, of.size[p])
+    base = still - swirl
+    held += scaled(base, even) + drift * base.conjugate()
+    return held, even - c, drift
+
+
+@kernel
 def answer(give, held, moving, even, drift):
     """Return the force f of a single support, N, complex, in a step.
 
@@ -122,52 +231,61 @@ def turned_at(angle):
 
 
 @kernel
-def terms_at(own, p, place, turned):
+def terms_at(own, p, place, moving, when):
     """Return the terms of the force of a support.
 
     They are held, N, even and drift, N s/m: the force is f = -held - even v - drift
     conj(v), v being the velocity there.
 
     own, p : `kernel_types.Stand`; number of the support
-    place : m, complex displacement there, from the rotor's motion without contact
-    turned : e^{-i Omega t} at the time at which the supports' directions are taken
+    place, moving : m, m/s, complex displacement there, from the rotor's motion without
+        contact, and velocity without these forces, on which the half of a journal's
+        film that carries depends
+    when : e^{-i Omega t} at the time at which the supports' directions are taken, and
+        the angle theta, rad
     """
+    turned, angle = when
     lost, stiff, twice = own.damping[p], own.stiffness[p], turned * turned
     speed = own.speed[0]
     spring = complex(stiff.real + speed * lost.imag, stiff.imag - speed * lost.real)
     held, drift = twice * spring * place.conjugate(), twice * lost
     even, film = 0.0, own.film[p]
-    if film > 0.0:
-        sag, lift = own.sag[p] * turned, own.lift[p] * turned.conjugate()
-        whole = own.circle[p] + place + sag + lift
-        near = scaled(whole, 1.0 / own.clearance[p])
-        square = near.real**2 + near.imag**2
-        across, apart = film_at(square)
-        turns = speed * film * across
-        held += complex(-turns * whole.imag, turns * whole.real) - own.balance[p]
-        if square > CLOSED:
-            near = scaled(near, math.sqrt(CLOSED / square))
-        even = film * (across + apart * (near.real**2 + near.imag**2))
-        along, still = scaled(near * near, film * apart), scaled(lift - sag, speed)
-        beyond = complex(-still.imag, still.real)
-        held += scaled(beyond, even) + along * beyond.conjugate()
-        drift += along
-    return held, even, drift
+    if film == 0.0 and own.bearings.kind[p] == PLAIN:
+        return held, even, drift
+    sag, lift = own.sag[p] * turned, own.lift[p] * turned.conjugate()
+    whole = own.circle[p] + place + sag + lift
+    still = scaled(lift - sag, speed)
+    beyond = complex(-still.imag, still.real)
+    if film == 0.0:
+        resting = beyond + complex(-speed * whole.imag, speed * whole.real)
+        motion = whole, moving + resting, resting
+        return bearing_terms(own, p, motion, turned, angle)
+    near = scaled(whole, 1.0 / own.clearance[p])
+    square = near.real**2 + near.imag**2
+    across, apart = film_at(square)
+    turns = speed * film * across
+    held += complex(-turns * whole.imag, turns * whole.real) - own.balance[p]
+    if square > CLOSED:
+        near = scaled(near, math.sqrt(CLOSED / square))
+    even = film * (across + apart * (near.real**2 + near.imag**2))
+    along = scaled(near * near, film * apart)
+    held += scaled(beyond, even) + along * beyond.conjugate()
+    return held, even, drift + along
 
 
 @kernel
-def add_support(own, p, place, moving, turned, push):
+def add_support(own, p, place, moving, when, push):
     """Enter the force of a support in a step in the equations for all of them.
 
     A single support's force is known at once, see `answer`.
 
-    own, p, turned : as in `terms_at`
+    own, p, when : as in `terms_at`
     place, moving : m, m/s, displacement there at the step's start, and velocity without
         these forces, complex; in the motion that contact causes
     push : (room,), out: N, forces x, y of s supports, or the right side of the
         equations for them; then their matrix, (2 s, 2 s)
     """
-    held, even, drift = terms_at(own, p, place, turned)
+    held, even, drift = terms_at(own, p, place, moving, when)
     size = len(own.give)
     if size == 2:
         force = answer(own.give, held, moving, even, drift)
@@ -255,6 +373,14 @@ def turned_by_steps(support, number, turned):
     )
 
 
+@inlined
+def directions(support, number, turned):
+    """Return `when` of `terms_at` at a step; the arguments of `turned_by_steps`."""
+    stand = support.stand
+    angle = stand.speed[0] * (number * stand.step)
+    return turned_by_steps(support, number, turned), angle
+
+
 @part
 def find_force(support, q, number, turned, push):
     """Compute the supports' forces in a step from the waves of equal sectors.
@@ -270,7 +396,7 @@ def find_force(support, q, number, turned, push):
         support.slot,
         support.stand,
     )
-    count, now = len(stand.film), turned_by_steps(support, number, turned)
+    count, when = len(stand.film), directions(support, number, turned)
     size = len(reads) // count
     for p in range(count):
         a, b, c, d, at = zero, zero, zero, zero, p * size
@@ -283,7 +409,7 @@ def find_force(support, q, number, turned, push):
         both = (a + b) + (c + d)
         place = complex(element(both, 0), element(both, 1))
         moving = complex(element(both, 2), element(both, 3))
-        add_support(stand, p, place, moving, now, push)
+        add_support(stand, p, place, moving, when, push)
     solve_supports(stand, push)
 
 
@@ -311,7 +437,7 @@ def hold_shaft(support, q, number, turned, before, push):
     push : (room,), N, out: the forces, x and y, see `add_support`
     """
     zero, which, stand = broadcast(0.0), support.which, support.stand
-    count, now = len(stand.film), turned_by_steps(support, number, turned)
+    count, when = len(stand.film), directions(support, number, turned)
     for i in range(len(which)):
         store(before, FOUR * i, load(q, get(which, i)))
     for p in range(count):
@@ -329,7 +455,7 @@ def hold_shaft(support, q, number, turned, before, push):
             d, h = fma(load(reads, at), one, d), fma(load(reads, on), two, h)
         place = complex(total_of(a + e), total_of(b + f))
         moving = complex(total_of(c + g), total_of(d + h))
-        add_support(stand, p, place, moving, now, push)
+        add_support(stand, p, place, moving, when, push)
     solve_supports(stand, push)
     for i in range(support.used):
         held = load(before, FOUR * i)
@@ -353,15 +479,15 @@ def stand(body, motion, angle, force):
     angle : rad, of the rotor, at which the supports' directions are taken
     force : (room,), N, out, rotating frame: those on y, see `add_support`
     """
-    own, turned = body.stand, turned_at(angle)
+    own, when = body.stand, (turned_at(angle), angle)
     if len(own.hub) == 0:
         return
     last = own.hub.shape[1]
     first = min(body.own, last)
     if first < last:
-        press_supports(own, motion, turned, first, last, force)
+        press_supports(own, motion, when, first, last, force)
     set_aside(own, force)
-    press_supports(own, motion, turned, first - first, last, force)
+    press_supports(own, motion, when, first - first, last, force)
     if first < last:
         for c in range(len(own.hub)):
             force[c] -= aside_of(own, force, c)
@@ -370,18 +496,18 @@ def stand(body, motion, angle, force):
 
 
 @inlined
-def press_supports(own, motion, turned, first, last, force):
+def press_supports(own, motion, when, first, last, force):
     """Compute the forces of supports on coordinates first .. last - 1 of a rotor.
 
     own, motion, force : `kernel_types.Stand`; as in `stand`
-    turned : e^{-i theta}
+    when : as in `terms_at`
     """
     q, d, _, ahead, _, _, _ = motion
     for p in range(len(own.film)):
         place = at_support(own.hub, p, q, first, last)
         moved = at_support(own.hub, p, d, first, last)
         moving = (moved + at_support(own.hub, p, ahead, first, last)) / (2.0 * own.step)
-        add_support(own, p, place, moving, turned, force)
+        add_support(own, p, place, moving, when, force)
     solve_supports(own, force)
 
 

@@ -529,10 +529,10 @@ def stand_slots(held, q, angle, seen, k, push, spectrum, sums):
     push : (room,), N, out: the forces on y, see `standing.add_support`
     """
     own, c, s = held.stand, math.cos(angle), math.sin(angle)
-    turned, slot, work = complex(c, -s), held.slot, 0.0
+    when, slot, work = (complex(c, -s), angle), held.slot, 0.0
     for p in range(len(held.gaps) * (len(held.beside) > 0)):
         place, moving = carried(held, held.beside, p, q)
-        add_support(own, p, place, moving + nudged(held, p, c, s), turned, push)
+        add_support(own, p, place, moving + nudged(held, p, c, s), when, push)
     if len(held.beside) > 0:
         solve_supports(own, push)
         set_aside(own, push)
@@ -541,7 +541,7 @@ def stand_slots(held, q, angle, seen, k, push, spectrum, sums):
         if len(held.beside) > 0:
             more, rise = carried(held, held.beside, p, q)
             place, moving = place + more, moving + (rise + nudged(held, p, c, s))
-        add_support(own, p, place, moving, turned, push)
+        add_support(own, p, place, moving, when, push)
     solve_supports(own, push)
     for p in range(len(held.gaps)):
         f, beside = complex(push[2 * p], push[2 * p + 1]), complex(0.0, 0.0)
