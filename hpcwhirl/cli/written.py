@@ -27,7 +27,8 @@ def units_of(args: argparse.Namespace) -> tuple[str, ...]:
     () where neither can be read: the command itself tells why.
     """
     given = vars(args)
-    place = given.get("folder") or given.get("file") or given.get("scene")
+    names = ("folder", "file", "scene", "a")  # of `compare` the first directory
+    place = next((given[name] for name in names if given.get(name)), None)
     try:
         return _units_at(Path(place)) if place else ()
     except (WhirlError, OSError):
@@ -39,10 +40,7 @@ def _units_at(place: Path) -> tuple[str, ...]:
 
     if place.suffix == ".toml":
         return units_of_document(load_document(place))
-    from hpcwhirl.store.reading.results_file import Results, results_of
+    from hpcwhirl.store.reading import results_file
 
-    results = results_of(place)
-    if not results.is_file():
-        return ()
-    with Results(results) as found:
-        return tuple(filter(None, str(found.attrs.get("units", "")).split(",")))
+    results = results_file.results_of(place)
+    return results_file.units_of(results) if results.is_file() else ()

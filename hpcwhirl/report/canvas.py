@@ -83,8 +83,23 @@ def title_of(row: Any) -> str:
     lost = {"unstable": "unstable integration", "overloaded": "overloaded"}
     words = lost.get(str(row["outcome"]), words)
     shown = {name: float(f"{row[name]:.{DIGITS}g}") for name in FIXED}
-    at = ", ".join(value_of(name, value) for name, value in shown.items())
-    return f"{at}: {words}"
+    at = {name: value_of(name, value) for name, value in shown.items()}
+    if told := _speeds(str(row.get("words_over_speed", ""))):
+        at["speed"] = f"{at['speed'].partition(' = ')[0]} = {told}"
+    return f"{', '.join(at.values())}: {words}"
+
+
+def _speeds(told: str) -> str:
+    """Return first and last speed of a run as text; "" where it has no windows.
+
+    told : result `words_over_speed` of the case
+    """
+    from hpcwhirl.analysis.over_speed import speeds_told, spells_of
+
+    spells = spells_of(told)
+    if not spells:
+        return ""
+    return speeds_told(spells[0]._replace(last=spells[-1].last), " to ")
 
 
 def tell_in_units(figure: Any) -> None:

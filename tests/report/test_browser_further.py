@@ -1,5 +1,6 @@
 """The page in a browser: its address, a map that stays, zoom, hover, sorting."""
 
+import made_up
 import numpy as np
 import pytest
 from test_browser import (  # noqa: F401 - fixtures
@@ -162,3 +163,14 @@ def test_a_run_up_shows_its_speed_over_time_and_a_waterfall(chromium, tmp_path):
     assert words
     assert shown.find_elements("css selector", ".figures > :nth-child(2) image")
     assert errors(shown) == []
+
+
+def test_inputs_that_vary_together_are_one_axis(chromium, tmp_path):  # noqa: F811
+    ramps = {"speed": [300, 400], "acceleration": [50.0, -50.0]}
+    tables = {"zip": ramps, "sweep": {"gap": [1e-4, 2e-4, 3e-4]}}
+    out = made_up.campaign(tmp_path / "out", tables, samples=50)
+    page = opened(chromium, write_page(Directory(out)))  # noqa: F811
+    chosen = [find(page, f"#choose-{n}").get_attribute("value")
+              for n in ("x", "y", "across", "down")]  # fmt: skip
+    assert chosen == ["speed", "gap", "", ""]
+    assert len(page.find_elements("css selector", "#map rect[data-case]")) == 6

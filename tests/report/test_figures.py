@@ -37,6 +37,7 @@ from hpcwhirl.report.figures import (
 from hpcwhirl.report.figures.shaft_waves import THIN
 from hpcwhirl.report.map.critical import speeds_of
 from hpcwhirl.scene import Rotor, Scene, apply_settings
+from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.reading.results_file import Results
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
@@ -250,6 +251,13 @@ def test_the_samples_of_an_orbit_are_shown_where_they_are_few(samples, coarse):
 )
 def test_lengths_are_told_in_a_unit_of_their_size(largest, unit):
     assert motions.unit_of(largest)[1] == unit
+
+
+def test_a_ledger_of_nothing_says_so(cases, monkeypatch):
+    traces = {n: (n == "time") * values for n, values in cases.traces(0).items()}
+    monkeypatch.setattr(cases, "traces", lambda _: traces)
+    (axes,) = motions.draw_ledger(cases, 0).axes
+    assert axes.texts[0].get_text().startswith("no contact")
 
 
 def test_amplitudes_and_frames_are_told(cases):
@@ -747,7 +755,13 @@ def test_the_waterfall_of_a_mirrored_run_up_shows_forward_whirl_above(cases):
     for each in of_mirrored(cases, **law):
         result = simulate(each.scene(0))
         each.rows, each.traces = [result.row], lambda _, own=result.traces: own
-        panels = sweeps.draw_waterfall(each, 0).axes[:2]
+        figure = sweeps.draw_waterfall(each, 0)
+        panels = figure.axes[:2]
+        sign = "" if each.scene(0).speed > 0.0 else "-"
+        assert f"Ω = {sign}300 to {sign}420 rad/s" in figure.get_suptitle()
+        letters = {look.letter for look in SHOWN.values()}
+        assert {t.get_text() for axes in panels for t in axes.texts} <= letters
+        assert panels[0].texts
         dotted = [
             abs(li.get_xdata()[0]) for li in panels[1].lines if li.get_ls() == ":"
         ]

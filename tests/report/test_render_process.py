@@ -7,6 +7,7 @@ import subprocess
 import sys
 from types import SimpleNamespace
 
+import h5py
 import pytest
 from launch import python
 
@@ -79,6 +80,10 @@ def test_a_map_drawn_apart_is_the_map(undrawn, finished):
     paths = render_process.draw_in_process(undrawn / "results.h5", undrawn)
     assert paths == [undrawn / "map.png", undrawn / "map.svg"]
     assert paths[0].read_bytes() == (finished / "map.png").read_bytes()
+    with h5py.File(undrawn / "results.h5", "r+") as file:
+        file.attrs["units"] = "rpm"  # of the campaign's file
+    _, vectors = render_process.draw_in_process(undrawn / "results.h5", undrawn)
+    assert "rpm" in vectors.read_text("utf-8")
 
 
 def test_a_process_that_has_what_a_map_needs_draws_itself(undrawn, monkeypatch):

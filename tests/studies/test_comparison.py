@@ -98,6 +98,10 @@ def test_the_command_prints_words_and_draws_them(pair, capsys, tmp_path):
     printed = capsys.readouterr().out
     assert "words: 2 of 4 changed" in printed
     assert picture.read_bytes().startswith(b"\x89PNG")
+    with h5py.File(pair[0] / "results.h5", "r+") as file:
+        file.attrs["units"] = "rpm"  # of its file, without --units
+    assert main(words) == 0
+    assert " rpm" in capsys.readouterr().out
     assert main([*words, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["changed"], facts["alone"], len(facts["cases"])) == (2, [2, 1], 4)

@@ -257,6 +257,10 @@ def draw_ledger(cases: Results, case: int) -> Any:
     if top > 0.0:
         axes.set_yscale("log")
         axes.set_ylim(top / 10.0**DECADES, 2.0 * top)
+    else:
+        axes.text(0.5, 0.5, "no contact, and no motion about the steady one: all are 0",
+                  ha="center", va="center", transform=axes.transAxes)  # fmt: skip
+        axes.set(yticks=[], xlim=(0.0, row["end_time"]))
     axes.axvline(row["end_time"] - row["window"], c=palette.GREY, ls=":", lw=0.8)
     axes.set(
         xlabel=f"{axis_of('time')} (dotted: window of the words)", title=title_of(row)

@@ -17,7 +17,7 @@ from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import rotor_by_diameter
 from hpcwhirl.report import palette
-from hpcwhirl.report.canvas import axis_of, new_figure, title_of
+from hpcwhirl.report.canvas import axis_of, legend_below, new_figure, title_of
 from hpcwhirl.report.figures.frequencies import (
     COLOURS,
     POINTS,
@@ -41,6 +41,7 @@ PLAIN = 10.0  # largest |work / losses|, or |X_o| / gap, up to which an axis is 
 DECADES = 4.0  # decades of amplitude shown below the largest one
 AT_REST = 1e-9  # mm, amplitude up to which a structure counts as at rest
 STRIP = 0.05  # height of the strip of words, over that of the axes
+NARROW = 0.02  # least width of an interval with a letter, over that of the axes
 
 
 def _mesh(
@@ -317,19 +318,32 @@ def draw_waterfall(cases: Results, case: int) -> Any:
         _waterfall(axes, name, resolved, spectra)
         for one in spells:
             ends = (one.begin, one.end) if name == "time" else (one.first, one.last)
-            axes.axvspan(
-                *ends, 0.0, STRIP, fc=SHOWN[one.regime].colour, ec=palette.INK, lw=0.4
-            )
+            _tell_word(axes, ends, one.regime)
     panels[0].set_ylabel("ω, rad/s, static frame: backward < 0 < forward")
     label = "radius of the line's circle, mm"
     figure.colorbar(panels[0].collections[0], ax=list(panels), label=label)
     figure.suptitle(title_of(row))
     regimes = dict.fromkeys(spell.regime for spell in spells)
     patches = [
-        Patch(fc=SHOWN[r].colour, ec=palette.INK, lw=0.4, label=r) for r in regimes
+        Patch(fc=look.colour, ec=palette.INK, lw=0.4, label=f"{look.letter}  {regime}")
+        for regime, look in ((regime, SHOWN[regime]) for regime in regimes)
     ]
-    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
+    legend_below(figure, more=patches)
     return figure
+
+
+def _tell_word(axes: Any, ends: tuple[float, float], regime: str) -> None:
+    """Draw an interval of the strip of words, with its letter if there is room.
+
+    ends : of the interval, on the axis
+    """
+    look, (low, high) = SHOWN[regime], axes.get_xlim()
+    axes.axvspan(*ends, 0.0, STRIP, fc=look.colour, ec=palette.INK, lw=0.4)
+    if abs(ends[1] - ends[0]) > NARROW * (high - low):
+        axes.text(
+            sum(ends) / 2.0, STRIP / 2.0, look.letter, fontsize=8, ha="center",
+            va="center", transform=axes.get_xaxis_transform(), clip_on=True,
+        )  # fmt: skip
 
 
 def _top(omega: Floats, amplitude: Floats, speed: float) -> float:

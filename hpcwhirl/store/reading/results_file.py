@@ -408,3 +408,9 @@ def has_contact(path: Path) -> bool:
     with Results(path) as results, reading(path):
         ended = coded_in(results.file, "status").isin(["ok"])
         return bool((results["contacts"][ended] > 0).any() or not ended.any())
+
+
+def units_of(results: Path) -> tuple[str, ...]:
+    """Return the units of a campaign's file that its results name; () for none."""
+    with Results(results) as found:
+        return tuple(filter(None, str(found.attrs.get("units", "")).split(",")))

@@ -126,17 +126,40 @@ function placedWords(axis) {
   };
 }
 
+// Whether one of other axes decides an input's level, as of inputs that [zip] varies together.
+// An axis that no two cases share, as of drawn inputs, decides nothing.
+const followers = new Map();
+function follows(axis, names) {
+  return names.some((name) => {
+    const key = `${axis.name}|${name}`;
+    if (!followers.has(key)) followers.set(key, isDecided(axis, axisOf(name)));
+    return followers.get(key);
+  });
+}
+
+function isDecided(axis, other) {
+  const seen = new Map();
+  if (!other || other === axis) return false;
+  for (const i of CASES) {
+    const at = other.level(i);
+    if (!seen.has(at)) seen.set(at, axis.level(i));
+    if (seen.get(at) !== axis.level(i)) return false;
+  }
+  return seen.size < CASES.length;
+}
+
 // The first choice of axes: speed across, numbers before words, then panels.
 function firstChoice() {
   const names = axes.map((axis) => axis.name);
   const x = names.includes("speed") ? "speed" : names[0];
   const others = axes.filter((axis) => axis.name !== x);
-  const y = (others.find((axis) => axis.numeric) ?? others[0])?.name ?? "";
-  const rest = others.filter((axis) => axis.name !== y);
+  const own = others.filter((axis) => !follows(axis, [x]));
+  const y = (own.find((axis) => axis.numeric) ?? own[0] ?? others[0])?.name ?? "";
+  const rest = own.filter((axis) => axis.name !== y && !follows(axis, [y]));
   const across = rest.find((axis) => axis.levels.length <= MOST_ACROSS)?.name ?? "";
   const wide = axisOf(across)?.levels.length ?? 1;
   const down = rest.find(
-    (axis) => axis.name !== across && wide * axis.levels.length <= MOST_PANELS,
+    (axis) => axis.name !== across && !follows(axis, [across]) && wide * axis.levels.length <= MOST_PANELS,
   );
   return { x, y, across, down: down?.name ?? "" };
 }
@@ -144,5 +167,7 @@ function firstChoice() {
 // Inputs that neither an axis nor a panel shows: each needs a value.
 function leftOver(choice) {
   const used = [choice.x, choice.y, choice.across, choice.down];
-  return axes.filter((axis) => axis.levels.length > 1 && !used.includes(axis.name));
+  return axes.filter(
+    (axis) => axis.levels.length > 1 && !used.includes(axis.name) && !follows(axis, used),
+  );
 }

@@ -2,7 +2,7 @@
 
 const LENGTHS = [[1, ""], [1e3, "m"], [1e6, "µ"], [1e9, "n"], [1e12, "p"]]
   .map(([factor, prefix]) => [factor, prefix + columns.get("gap").unit]);
-const GAP_FITS = 0.05; // least size of an orbit, over the gap, to draw the gap's circle
+const GAP_FITS = 0.2; // least size of an orbit, over the gap, to draw the gap's circle
 
 function lengthUnit(largest) {
   return LENGTHS.find(([factor]) => largest * factor >= 0.1) ?? LENGTHS.at(-1);
@@ -171,7 +171,7 @@ function orbitFigure(record, i, frame, whole) {
   const circled = withGap ? "dashed: the gap" : `the gap, ${short(factor * gap)} ${unit}, lies outside`;
   return zoomable(
     `Orbit, ${frame} frame`,
-    `last ${milliseconds} ms, ${drawn.length} places ${short(1e3 * record.step)} ms apart; ` +
+    `last ${milliseconds} ms, ${drawn.length} points ${short(1e3 * record.step)} ms apart; ` +
       `dot: the end; ${circled}`,
     draw, true,
   );

@@ -37,7 +37,7 @@ function drawTable(place, unsorted, { page, chosen, choose, turn, order, sort })
   const table = document.createElement("table");
   table.createCaption().textContent = `${counted(list.length)}, page ${at + 1} of ${pages}`;
   const head = table.createTHead().insertRow();
-  const heads = ["case", ...swept.map((s) => withUnitShown(s.variable, s.unit)), "words", "message, or what stands in the way"];
+  const heads = ["case", ...swept.map((s) => withUnitShown(s.variable, s.unit)), "words", "message"];
   [...SORTS.keys()].forEach((key, j) => head.append(sortButton(key, heads[j], order, sort)));
   const body = table.createTBody();
   for (const i of list.slice(at * PAGE, (at + 1) * PAGE)) body.append(tableRow(i, chosen, choose));
