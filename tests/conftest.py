@@ -9,6 +9,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+import threadpoolctl
 from cluster import in_one_process
 from hypothesis import settings
 from launch import spent
@@ -26,6 +27,8 @@ SPENT = {}  # {test: s}
 LONG, BUDGET = 5, 360  # s of the processor; told, for a busy machine takes longer
 UNMARKED = []  # tests that took longer and are no slow ones
 
+# threads of BLAS spin as they wait: small problems took 30 times the processor's time
+threadpoolctl.threadpool_limits(1, user_api="blas")
 settings.register_profile("no clock", deadline=None)  # a busy machine is no failure
 settings.load_profile("no clock")
 
