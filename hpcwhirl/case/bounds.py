@@ -1,8 +1,9 @@
 """The bounds by which parts of a case are left out, and what its run made of them.
 
 Each part that is left out is so by a bound on a number: `allowed` is its largest value,
-`reached` what the case has. Estimates, of modes, of waves of the ring and of the terms
-of rotation, are known before a run; the others are checked after it, by its results.
+`reached` what the case has. Estimates, of modes, of waves of the ring, of the terms
+of rotation and of films at the stations of a shaft, are known before a run; the others
+are checked after it, by its results.
 """
 
 from __future__ import annotations
@@ -11,7 +12,13 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from hpcwhirl.case.limits import PER_PERIOD, USUAL_OF_FILM, beat_of, film_error
+from hpcwhirl.case.limits import (
+    IN_FILM,
+    PER_PERIOD,
+    USUAL_OF_FILM,
+    beat_of,
+    film_error,
+)
 from hpcwhirl.case.profile import room_of
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.rotation_choice import choice_of
@@ -19,6 +26,7 @@ from hpcwhirl.case.truncation import TO_ROTOR, left_out
 from hpcwhirl.reduction.model import has_families
 
 TOUCHDOWNS = 12  # touchdowns of a blade beyond which all sectors are integrated
+ROUND_OFF = 1e-9  # of a share: a step may be chosen so that it is 1
 MOST = 1e6  # largest share that is told: an estimate may be infinite
 Row = Mapping[str, Any]
 
@@ -28,7 +36,8 @@ class Bound(NamedTuple):
 
     Attributes
     ----------
-    part : what is left out: modes, waves, sectors, rotation, film, samples, certificate
+    part : what is left out: modes, waves, sectors, rotation, film (at the centre),
+        films (at stations), samples, certificate
     of : the number that is bounded, and its unit
     allowed, reached : its largest value; that of the case, None if only a run tells it
     """
@@ -44,7 +53,7 @@ class Bound(NamedTuple):
         if not self.reached:
             return 0.0
         far = self.reached / self.allowed if self.allowed > 0.0 else MOST
-        return min(far, MOST)
+        return 1.0 if abs(far - 1.0) < ROUND_OFF else min(far, MOST)
 
     @property
     def told(self) -> str:
@@ -124,11 +133,17 @@ def _certificate(case: Case, row: Row | None) -> Iterator[Bound]:
 
 
 def _film(case: Case, row: Row | None) -> Iterator[Bound]:
-    """Yield the bound of a squeeze film's error in time, at its eccentricity."""
+    """Yield the bound of a squeeze film's error in time, at its eccentricity.
+
+    A run does not tell the eccentricities of films at stations: theirs is `IN_FILM`.
+    """
     rotor, solver = case.scene.engine.rotor, case.scene.solver
-    if rotor.film_viscosity == 0.0:
-        return
     asked = case.given.solver.accuracy or USUAL_OF_FILM
+    if rotor.film_viscosity == 0.0:
+        if late := film_error(case.model, solver.time_step, IN_FILM):
+            of = f"estimated error in time / motion, at {IN_FILM:g} of the clearance"
+            yield Bound("films", of, asked, late)
+        return
     error = None
     if row is not None:
         far = float(row["centre_peak"]) / rotor.film_clearance

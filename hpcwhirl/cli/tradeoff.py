@@ -30,6 +30,8 @@ NOT_OFFERED = (
 )
 Tell = Callable[[str], None]
 # tables of a campaign's design
+DRAWN = 24  # cases of a campaign, unless given
+SOUGHT = 48  # with --for: of 24, one that misses a wish would leave no setting sure
 DESIGNED = {"sweep", "zip", "cases", "sample"}
 
 
@@ -47,9 +49,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add_set(parser)
     add_option(parser, "--cases N",
-        "cases to draw from each campaign (default 24), with --for at most; four times "
-        "as many are computed by the fastest preset beforehand, for their words",
-        default=24)
+        f"cases to draw from each campaign (default {DRAWN}), with --for at most "
+        f"(default {SOUGHT}); four times as many are computed by the fastest preset, "
+        "for their words", type=int)
     add_option(parser, "--for 'NAME SHARE'",
         "print the cheapest setting that is sure to have an error below SHARE, such as "
         f"'1 %%', in nine cases of ten, from {BATCH} cases at a time until no further "
@@ -103,7 +105,8 @@ class Source:
         given = options.parsed(args.settings)
         with naming_lines(path, given):
             design = _design_of(self.document, given, path.parent)
-        return _drawn(design, args.cases, tell), len(design.settings)
+        count = args.cases or (SOUGHT if args.wishes else DRAWN)
+        return _drawn(design, count, tell), len(design.settings)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -134,7 +137,7 @@ def _check(args: argparse.Namespace) -> None:
     if args.repeats < 2:
         msg = f"--repeats must be >= 2, for the scatter of twins, got {args.repeats}"
         raise InputError(msg)
-    if args.cases < 1:
+    if args.cases is not None and args.cases < 1:
         raise InputError(f"--cases must be >= 1, got {args.cases}")
     options.check_writable(args.out or Path(), folder=True)
 

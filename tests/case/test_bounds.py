@@ -9,11 +9,13 @@ from hpcwhirl.campaign.simulate import notes_on
 from hpcwhirl.case.bounds import Bound, bounds_of, lean_checked, told_beyond
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene.shaft_tables import text_of
 
 SMALL = {
     "blades": 6, "modes": 12, "casing.harmonics": 6, "time_step": 4e-6,
     "duration": 0.05, "traces": "summary",
 }  # fmt: skip
+ROW = {"folds": 1, "certificate": -1.0, "line_frequency": 0.0, "whirl": "none"}
 SETTLED = {"nodal_diameter": 2, "gap": 2e-3, "casing.damping": 0.2, "duration": 0.3}
 
 
@@ -87,12 +89,32 @@ def test_terms_of_rotation_are_left_out_by_the_change_of_a_wave():
 def test_a_film_is_checked_at_the_eccentricity_that_was_reached():
     turns = {"rotation": "full", "film_viscosity": 0.05, "film_clearance": 1e-4}
     case = resolve(scene(**turns))
-    row = {"folds": 1, "certificate": -1.0, "line_frequency": 0.0, "whirl": "none"}
     near, far = (
-        parts(case, row | {"centre_peak": share * 1e-4})["film"].share
+        parts(case, ROW | {"centre_peak": share * 1e-4})["film"].share
         for share in (0.1, 0.99)
     )
     assert 0.0 < near < 0.1 * far
+
+
+LINE = {
+    "sections": [{"length": 0.4, "outer": 0.1}, {"length": 0.4, "outer": 0.1}],
+    "bearings": [
+        {"station": 0, "kxx": 1e8, "cxx": 1e4},
+        {"station": 2, "kxx": 1e8, "film_viscosity": 0.5, "film_length": 0.06,
+         "film_radius": 0.1, "film_clearance": 4e-4},
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("accuracy", "kept"), [(0.0, False), (1e-3, True)])
+def test_a_film_at_a_station_has_a_bound_which_accuracy_keeps(accuracy, kept):
+    line = {"shaft": text_of(LINE, "the shaft"), "shaft_station": 1}
+    case = resolve(scene(rotation="full", accuracy=accuracy, **line))
+    found = parts(case)["films"]
+    assert found.allowed == (accuracy or 0.01)
+    assert (0.0 < found.share <= 1.0) == kept
+    told = told_beyond(case, {**ROW, "centre_peak": 0.0})
+    assert any("films: " in text for text in told) != kept
 
 
 def test_a_share_is_finite_where_an_estimate_is_not():

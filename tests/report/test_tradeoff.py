@@ -1,6 +1,7 @@
 """What accuracy costs: errors are zero where they must be and fall as they must."""
 
 import json
+import sys
 import tomllib
 from pathlib import Path
 
@@ -371,6 +372,24 @@ def test_wrong_words_are_one_line(words, told, capsys):
     said = capsys.readouterr().err
     assert told in said
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "count"),
+    [([], 24), (["--for", "peak 5 %"], 48), (["--for", "peak 5 %", "--cases", "9"], 9)],
+)
+def test_a_wish_may_draw_more_cases(words, count, tmp_path, monkeypatch):
+    file = tmp_path / "map.toml"
+    file.write_text("[sweep]\nspeed = [100, 200]\n")
+    drawn = []
+
+    def draw(_, asked, __):
+        drawn.append(asked)
+        raise InputError("enough")
+
+    monkeypatch.setattr(sys.modules["hpcwhirl.cli.tradeoff"], "_drawn", draw)
+    assert main(["tradeoff", str(file), *words]) == 2
+    assert drawn == [count]
 
 
 def test_the_reference_is_at_least_as_fine_as_the_scene():
