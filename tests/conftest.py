@@ -13,7 +13,7 @@ import threadpoolctl
 from cluster import in_one_process
 from hypothesis import settings
 from launch import spent
-from turns import MARKS, TURNS, Turn, takes_turns
+from turns import MARKS, TURNS, Turn
 
 from hpcwhirl.campaign.plan import learned
 from hpcwhirl.cli import main
@@ -23,9 +23,9 @@ for name in ("matplotlib.figure", "xarray"):  # with them, maps are drawn in her
     importlib.import_module(name)
 
 BEGUN = pytest.StashKey()
-SPENT = {}  # {test: s}
+SPENT, MARK = {}, {}  # {test: s}, {test: what keeps it out of most runs, or -}
+RARE = "evidence", *MARKS
 LONG, BUDGET = 5, 360  # s of the processor; told, for a busy machine takes longer
-UNMARKED = []  # tests that took longer and are no slow ones
 
 # threads of BLAS spin as they wait: small problems took 30 times the processor's time
 threadpoolctl.threadpool_limits(1, user_api="blas")
@@ -47,7 +47,8 @@ def _nominal(monkeypatch):
 
 
 def pytest_addoption(parser):
-    told = "tell the N tests that took most of the processor, with what they started"
+    told = """tell the N tests that took most of the processor, with what they
+        started, and which mark keeps them out of most runs"""
     parser.addoption("--processor", type=int, default=0, metavar="N", help=told)
     told = f"""ask one of {TURNS} parts of the tests that take turns: N, or that of the
         commit; `all`: of all these and what is marked `evidence`, and of no other"""
@@ -88,10 +89,8 @@ def pytest_runtest_protocol(item):
 def pytest_runtest_makereport(item, call):
     report = yield
     if call.when == "teardown":
-        told = {
-            "spent": spent() - item.stash[BEGUN],
-            "slow": takes_turns(item, *MARKS, "evidence"),
-        }
+        marks = [name for name in RARE if item.get_closest_marker(name)]
+        told = {"spent": spent() - item.stash[BEGUN], "mark": [*marks, "-"][0]}
         report.user_properties += told.items()
     return report
 
@@ -99,19 +98,18 @@ def pytest_runtest_makereport(item, call):
 def pytest_runtest_logreport(report):
     if report.when == "teardown":
         told = dict(report.user_properties)
-        SPENT[report.nodeid] = told["spent"]
-        if told["spent"] > LONG and not told["slow"]:
-            UNMARKED.append(report.nodeid)
+        SPENT[report.nodeid], MARK[report.nodeid] = told["spent"], told["mark"]
 
 
 def pytest_terminal_summary(terminalreporter, config):
     if count := config.getoption("processor"):
         terminalreporter.section(f"slowest {count}, s of the processor")
         for name in sorted(SPENT, key=SPENT.get, reverse=True)[:count]:
-            terminalreporter.write_line(f"{SPENT[name]:8.2f} {name}")
+            told = f"{SPENT[name]:8.2f} {MARK[name]:8} {name}"
+            terminalreporter.write_line(told)
         total = f"{sum(SPENT.values()):8.2f} all tests (budget of a turn: {BUDGET})"
         terminalreporter.write_line(total)
-    for name in UNMARKED:
+    for name in (n for n, s in SPENT.items() if s > LONG and MARK[n] == "-"):
         told = f"warning: {name}: more than {LONG} s of the processor, not marked slow"
         terminalreporter.write_line(told, yellow=True)
 

@@ -11,7 +11,7 @@ from zlib import crc32
 
 import pytest
 
-TURNS = 4
+TURNS = 6
 ALL = "all"
 MARKS = "turns", "slow"
 COUNT = "git", "rev-list", "--count", "HEAD"
