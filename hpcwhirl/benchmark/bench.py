@@ -30,6 +30,8 @@ OPERATION: dict[str, dict[str, float | str]] = {  # {name of a variant: its inpu
     "gap that closes": {"gap_closure": 1e-6, "gap_time": 0.1},
     "casing not round": {"profile": "harmonic,amplitude,phase;2,1e-6,0;3,5e-7,1"},
     "layer that wears": {"contact_law": "archard"},
+    "friction by slip": {"slip": "set-valued"},
+    "tips that stick": {"slip": "set-valued", "speed": 1.0, "friction": 0.5},
 }
 UNEVEN = 0.03  # relative amplitude of the blades' Young's moduli, if mistuned
 FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150

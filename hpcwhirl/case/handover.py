@@ -12,7 +12,7 @@ from hpcwhirl.case.speed import changes
 from hpcwhirl.case.unbalance import weighs
 from hpcwhirl.reduction.model import Model, has_waves, is_cyclic
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.contact_laws import PERMANENT, RIGID
+from hpcwhirl.scene.contact_laws import RIGID
 
 TOLD = "scheme exact hands over to modal: "
 
@@ -29,7 +29,6 @@ def handed_over(model: Model, scene: Scene) -> str:
         (changes(scene), "speed or gap change in time"),
         (casing.profile_release > 0.0, "a casing is let go"),
         (casing.contact_law != RIGID, "the casing wears"),
-        (scene.slip != PERMANENT, "tips may stick or slide backward"),
         (
             spin is not None and not spin.is_plain,
             "supports differ by direction or have a film",

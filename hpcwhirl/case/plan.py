@@ -31,7 +31,7 @@ from hpcwhirl.reduction.model import Model, has_families
 from hpcwhirl.reduction.modes import ModalModel, Spin, SpinBlock
 from hpcwhirl.reduction.supports import ROUND
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.contact_laws import RIGID
+from hpcwhirl.scene.contact_laws import PERMANENT, RIGID
 from hpcwhirl.scene.kept_tables import scaled
 from hpcwhirl.scene.plain_data import flatten
 from hpcwhirl.scene.schemes import SCHEMES
@@ -282,8 +282,10 @@ def folded_scene(scene: Scene, folds: int) -> Scene:
     """Return the scene of one of g = `folds` sectors, which turns at g Omega.
 
     Its load has k / g lobes and the force F / g, its friction is the coefficient at
-    Omega. Its engine, of which only the radius is used, is still that of the whole.
+    Omega, unless it follows the slide of each tip. Its engine, of which only the radius
+    is used, is still that of the whole.
     """
+    constant = {"friction": scene.coefficient, "friction_law": "constant"}
     return scene.model_copy(
         update={
             "speed": folds * scene.speed,
@@ -292,8 +294,7 @@ def folded_scene(scene: Scene, folds: int) -> Scene:
             "speed_table": scaled(scene.speed_table, folds),
             "nodal_diameter": scene.nodal_diameter // folds,
             "force": scene.force / folds,
-            "friction": scene.coefficient,
-            "friction_law": "constant",
+            **({} if scene.slip != PERMANENT else constant),
             "duration": scene.end_time,
             "revolutions": 0.0,
         }

@@ -78,7 +78,9 @@ class Case:
         scene = self.reduced
         name = "modal" if self.handed_over else scene.solver.scheme
         slips = scene.friction_law != "constant" and law_of(scene) is not None
-        if (slips or scene.slip != PERMANENT) and name == "modal":
+        loose = scene.slip != PERMANENT
+        driven = law_of(scene) is not None and self.model.rotor.spin is not None
+        if (driven if loose else slips) and name == "modal":
             name = "general"  # waves' coefficients hold for one friction only
         if name == scene.solver.scheme:
             return scene
@@ -189,10 +191,10 @@ class Case:
     def cost(self) -> float:
         """Predicted computing time on one core, s, if the run goes to its end."""
         engine, name = self.given.engine, self.given.solver.scheme
-        slips = self.given.friction_law != "constant"
-        turns = engine.rotation != "none" and engine.rotor.is_uneven
-        moves, sticks = law_of(self.given) is not None, self.given.slip != PERMANENT
-        if sticks or (moves and (slips or turns)):
+        loose = self.given.slip != PERMANENT
+        slips = self.given.friction_law != "constant" and not loose
+        turns = engine.rotation != "none" and (engine.rotor.is_uneven or loose)
+        if law_of(self.given) is not None and (slips or turns):
             name = "general"
         step = SCHEMES[name].step_seconds(
             engine.rotation, engine.rotor.blades, uneven=engine.rotor.is_uneven,

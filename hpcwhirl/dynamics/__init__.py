@@ -27,7 +27,9 @@ makes the integrator of a scene, which `march` runs.
   What is special about a scene is a term of this loop: the circle of an unbalance is a
   wave that stays, a lost blade a gap that never closes, the force of supports that
   differ by direction or have a film acts on the waves that move the centre, and the
-  rods of a layer that wears are springs in series with the Delassus matrix. Where the
+  rods of a layer that wears are springs in series with the Delassus matrix. Friction
+  that follows the slip is that of permanent sliding where this obeys Coulomb's law, and
+  else the rest of it is a further force of the step (`kernels.coulomb`). Where the
   speed changes, coefficients are those of intervals; with rotation, the waves of equal
   sectors differ from one interval to the next, which the motion does not, and those of
   the motion without contact are a term (`waves.driven_slots`).

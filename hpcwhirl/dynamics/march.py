@@ -149,10 +149,7 @@ class March:
             return
         now = self.schedule.interval(self.steps)
         folds = self.lean.model.folds
-        self.speed, self.friction = (
-            folds * now.first,
-            friction_with_sign(scene, now.speed),
-        )
+        self.speed, self.friction = folds * now.first, self.scheme.friction(now.speed)
         self.wall = self.wall._replace(
             gap=now.gap, opening=now.opening, since=now.since,
             ahead=folds * now.ahead, bend=folds * now.bend,

@@ -16,7 +16,7 @@ from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.case.unbalance import centre_orbit
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History, Rubbing
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.kernel_types import Tracks
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Tracks
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.waves.casing import unfolded
 from hpcwhirl.reduction.model import Model
@@ -218,10 +218,15 @@ def _rubbing(march: Run) -> Rubbing | None:
     if march.scene.slip == PERMANENT:
         return None
     ledger, counts = march.state.ledger, march.counter
+    folds, heat = march.lean.model.folds, -float(ledger[contact.HEAT])
+    if isinstance(march.state, CyclicState):  # there HEAT is of the rotation alone
+        heat -= float(
+            ledger[contact.FRICTION] + march.scheme.balance(march.state).friction
+        )
     met = max(int(counts[contact.MET]), 1)
     return Rubbing(
-        heat=-float(ledger[contact.HEAT]),
-        impulse=float(ledger[contact.TANGENTIAL]),
+        heat=folds * heat,
+        impulse=folds * float(ledger[contact.TANGENTIAL]),
         stuck=int(counts[contact.STUCK]) / met,
         reversed=int(counts[contact.REVERSED]) / met,
     )

@@ -170,7 +170,7 @@ class Scene(Inputs, metaclass=_Told):
     slip: Literal["permanent", "set-valued"] = given("permanent", "1",
         "whether tips in contact always slide with the rotation; permanent: they do, "
         "and friction drags against it; set-valued: Coulomb's law at each tip, which "
-        "may slide either way or stick; by scheme general or paper")
+        "may slide either way or stick")
     force: NonNegative = given(75e3, "N",
         "peak modal force; F(t) = F sin(pi t / tau) for 0 < t < tau", symbol="F")
     pulse: Positive = given(6.3e-4, "s",

@@ -74,6 +74,7 @@ FEATURES: dict[str, dict[str, Any]] = {
     "layer": {"contact_law": "abradable"},
     "rubbed layer": {"contact_law": "archard", "wear_coefficient": 1e-11},
     "stribeck": {"friction_law": "stribeck"},
+    "set-valued": {"slip": "set-valued", "speed": 20.0, "friction": 0.4},
     "start energy": {"start_energy": 5.0},
     "gap at rest": FULL | {"gap_at": "rest", "gap": 4e-4},
     "exact": {"scheme": "exact"},

@@ -167,11 +167,11 @@ def test_a_rod_that_jams_sticks():
 
 def marched(**more):
     """Return the history of the tests' small engine with further settings."""
-    scene = apply_settings(named_scene("table2"), BASE | {"scheme": "general"} | more)
+    scene = apply_settings(named_scene("table2"), BASE | {"scheme": "modal"} | more)
     return March(resolve(scene)).run()
 
 
-@pytest.mark.parametrize("draw", range(6))
+@pytest.mark.parametrize("draw", sorted({*range(20)} - {6, 8, 9}))  # these touch
 def test_where_tips_slide_on_the_results_are_those_of_permanent_sliding(draw):
     rng = np.random.default_rng(draw)
     given = {
@@ -181,7 +181,10 @@ def test_where_tips_slide_on_the_results_are_those_of_permanent_sliding(draw):
         "blades": int(rng.integers(4, 12)),
         "rotation": str(rng.choice(["none", "full"])),
         "nodal_diameter": int(rng.integers(1, 4)),
+        "scheme": ("modal", "exact", "modal", "general")[draw % 4],
     }  # fmt: skip
+    if draw % 4 == 2:
+        given["mistuning"] = (0.03 * rng.normal(size=given["blades"])).tolist()
     permanent, loose = marched(**given), marched(slip="set-valued", **given)
     assert permanent.contacts > 0
     assert loose.rubbing.stuck == loose.rubbing.reversed == 0.0

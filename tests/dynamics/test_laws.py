@@ -18,6 +18,7 @@ from hpcwhirl.case import speed
 from hpcwhirl.case.profile import departure, shape_of
 from hpcwhirl.case.unbalance import steady_at
 from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.loop.slot_slides import KINDS, OPENED, PASSED
 
 pytestmark = pytest.mark.turns
 CLEAR = {"gap": 0.05}
@@ -108,6 +109,17 @@ def test_a_work_that_is_not_entered_shows_as_damping(scenes, scheme):
     march = scenes.march("equal", scheme, **given)
     march.scheme.arrays.rotor.pulse.numbers[4:9] = 0.0  # by the pulse, of contact
     left, summed = lost(march, steps)
+    assert abs(left - summed) > 1e-7 * summed
+
+
+@pytest.mark.parametrize("scheme", CYCLIC)
+def test_a_work_of_friction_that_is_not_entered_shows_as_damping(scenes, scheme):
+    given, steps = LOST
+    march = scenes.march("sticks", scheme, **given)
+    fixed = march.scheme.arrays.contact.slides.fixed.reshape(KINDS, -1)
+    fixed[OPENED : PASSED + 1] = 0.0  # of what the pass over waves does not see
+    left, summed = lost(march, steps)
+    assert march.counter[contact.STUCK] > 0
     assert abs(left - summed) > 1e-7 * summed
 
 
@@ -221,6 +233,8 @@ ORACLE = {
     "shell": "general",
     "run-up, rotation": "general",
     "sticks, run-up, rotation": "general",
+    "sticks, unlike supports, unbalance": "general",
+    "sticks, unequal, film": "general",
     "run-up, rotation, shaft": "general",
     "run-up, rotation, supports apart, film": "general",
     "start, run-up": "general",

@@ -215,24 +215,39 @@ TABLE = {  # scene: what is set, the schemes that march it
         {"friction_law": "stribeck", "friction_speed": 80.0, "acceleration": 2000.0},
         ("modal", "paper"),
     ),
-    "sticks": (STICKS, ("general", "paper")),
+    "sticks": (STICKS, ALL),
+    "sticks, long pulse": (STICKS | {"pulse": 2.4e-3}, CYCLIC),
+    "sticks, fold": (STICKS | {"blades": 6, "nodal_diameter": 2}, CYCLIC),
     "sticks, stribeck": (
         STICKS | {"friction_law": "stribeck", "friction_speed": 0.5},
-        ("general", "paper"),
+        ("modal", "exact", "paper"),
     ),
-    "sticks, rotation": (FULL | STICKS, ("general", "paper")),
-    "sticks, unequal": (UNEQUAL | STICKS, ("general", "paper")),
-    "sticks, elements": (ELEMENTS | STICKS, ("general", "paper")),
+    "sticks, rotation": (FULL | STICKS, ("modal", "exact", "paper")),
+    "sticks, unlike supports, unbalance": (
+        FULL | STICKS | {"stiffness_difference": 1.2e7, "unbalance": 5e-3}, ("modal",)
+    ),
+    "sticks, unequal": (UNEQUAL | STICKS, ("modal", "paper")),
+    "sticks, unequal, film": (
+        FULL | UNEQUAL | STICKS | {"film_viscosity": 0.01, "unbalance": 5e-3},
+        ("modal",),
+    ),
+    "sticks, elements": (ELEMENTS | STICKS, ("modal", "paper")),
+    "sticks, points": (
+        SHELL | STICKS | {"file": "still", "blades": 5, "nodal_diameter": 2}, ("modal",)
+    ),
     "sticks, run-down": (
-        STICKS | {"acceleration": -800.0, "speed_to": 1.0, "speed": 3.0}, ("general",)
+        STICKS | {"acceleration": -800.0, "speed_to": 1.0, "speed": 3.0}, ("modal",)
     ),
     "sticks, run-down through 0": (
-        STICKS | {"acceleration": -2500.0, "speed_to": -3.0}, ("general",)
+        STICKS | {"acceleration": -2500.0, "speed_to": -3.0}, ("modal",)
+    ),
+    "sticks, run-down through 0, unequal": (
+        UNEQUAL | STICKS | {"acceleration": -2500.0, "speed_to": -3.0}, ("modal",)
     ),
     "sticks, run-up, rotation": (
         FULL | STICKS | {"acceleration": 500.0, "unbalance": 5e-3}, ("modal",)
     ),
-    "sticks, rotation, lost blade": (FULL | STICKS | {"lost_blade": 2}, ("general",)),
+    "sticks, rotation, lost blade": (FULL | STICKS | {"lost_blade": 2}, ("modal",)),
     "start": (START, CYCLIC),
     "start, unbalance": (FULL | START | {"unbalance": 5e-3}, ALL),
     "start, lost blade": (FULL | START | {"lost_blade": 2}, ("modal", "general")),

@@ -296,10 +296,11 @@ def _nominal(get: Columns, share: float) -> Any:
     moving = np.not_equal(get("acceleration"), 0.0)
     moving = moving | np.not_equal(get("speed_table"), "")
     slips = np.not_equal(get("friction_law"), "constant")
-    turns = (rotations != "none") & uneven
+    slips = slips & np.equal(get("slip"), PERMANENT)
+    loose = np.not_equal(get("slip"), PERMANENT)
+    turns = (rotations != "none") & (uneven | loose)
     moving = moving & (turns | slips)  # `general`, see `case.resolve`
-    loose = np.not_equal(get("slip"), PERMANENT) & (schemes != "paper")
-    schemes = np.where(moving | loose, "general", schemes)
+    schemes = np.where(moving, "general", schemes)
     kinds = product(np.unique(schemes), np.unique(rotations), (False, True))
     return sum(
         ((schemes == scheme) & (rotations == rotation) & (uneven == apart))

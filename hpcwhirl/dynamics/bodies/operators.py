@@ -49,6 +49,7 @@ from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.structure import FourierOperator
 
 EMPTY = np.zeros((0, 0))  # matrix of a body that is absent
+NO_SLIDES = Coulomb(0.0, 0.0, 0.0, 0.0, EMPTY, EMPTY)  # of permanent sliding
 
 
 def friction_with_sign(scene: Scene, speed: float | None = None) -> float:
@@ -185,7 +186,7 @@ def coulomb_of(model: Model, scene: Scene) -> Coulomb:
     points of both bodies, outward or along theta, at the end of a step.
     """
     if scene.slip == PERMANENT:
-        return Coulomb(0.0, 0.0, 0.0, 0.0, EMPTY, EMPTY)
+        return NO_SLIDES
     step, ring = scene.solver.time_step, EMPTY
     rows = np.vstack(contact_rows(model.rotor, model.blades))
     if model.casing is not None and model.ring is not None:
@@ -193,10 +194,21 @@ def coulomb_of(model: Model, scene: Scene) -> Coulomb:
         shapes = model.casing.shapes
         both = np.vstack([shapes[model.ring.radial], shapes[model.ring.tangential]])
         ring = np.ascontiguousarray((both * give) @ both.T)
+    return coulomb_law(scene, (_moved(model, scene, rows) @ rows.T).T, ring)
+
+
+def coulomb_law(
+    scene: Scene, rotor: Floats, ring: Floats = EMPTY, folds: int = 1
+) -> Coulomb:
+    """Return the law of set-valued friction of a scene.
+
+    rotor, ring : responses, see `kernel_types.Coulomb`
+    folds : number of sectors, of which one is integrated, at so many times the speed
+    """
     decay = 0.0 if scene.friction_law == "constant" else scene.friction_speed
     return Coulomb(
-        scene.friction, scene.friction_at_rest, decay, scene.engine.rotor.radius,
-        np.ascontiguousarray((_moved(model, scene, rows) @ rows.T).T), ring,
+        scene.friction, scene.friction_at_rest, decay,
+        scene.engine.rotor.radius / folds, np.ascontiguousarray(rotor), ring,
     )  # fmt: skip
 
 

@@ -176,6 +176,16 @@ def turned_by(wall, speed, time, step):
     return speed * step + wall.bend * step * (2.0 * late + step)
 
 
+@inlined
+def slides_at(wall, speed, radius, time, step):
+    """Return Omega R dt of the step that ends at a time, s, and of the one before, m.
+
+    wall, speed, radius, step : `kernel_types.Wall`; Omega, rad/s; R, m; dt, s
+    """
+    now = radius * turned_by(wall, speed, time - step, step)
+    return now, radius * turned_by(wall, speed, time - step - step, step)
+
+
 @kernel
 def pulse_of(time, force, pulse):
     """Return the force, N, of the pulse on the casing at a time, s.

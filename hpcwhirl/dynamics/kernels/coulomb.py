@@ -20,7 +20,8 @@ g, v_+, tau_L >= 0 are complementary to lambda, tau_R, v_- >= 0.
 
 It is solved by Lemke's method (`pivoting`) for the tips that penetrate without contact
 forces, then anew with those that penetrate with them. Where the solution with permanent
-sliding obeys the law, it is kept, with the same bits.
+sliding obeys the law, it is kept, with the same bits. Both time loops use it: that of
+waves has the response of both bodies in the frame of the blades, which is constant.
 """
 
 from __future__ import annotations
@@ -440,3 +441,29 @@ def book_slides(lam, tau, step, mu, counter, ledger, space):
             sticks = space.state[j] == STICKS
             counter[STUCK] += sticks
             counter[REVERSED] += not sticks and tau[j] * mu < 0.0
+
+
+@part
+def book_rub(mu, push, where, active, speed, step, moves, loose, state, space):
+    """Enter a step's friction in the account of the loop `points`, as `book_slides`.
+
+    Its entry HEAT is the work of friction on the motion without contact alone: that on
+    the motion by contact, which the ledger has, is added where heat is read.
+
+    mu, push, where, active : friction of permanent sliding; multipliers, N, of the tips
+        where[:active]
+    speed, step, moves : Omega, rad/s; dt, s; Omega R dt of this step and of the last, m
+    loose : whether friction is that of `rub`, in space.tau; else mu times multipliers
+    space : `kernel_types.CoulombSpace`; `before` has the slides of these tips over both
+        steps by the motion without contact, but Omega R, m
+    """
+    counter, ledger, both = state.counter, state.ledger, moves[0] + moves[1]
+    for s in range(active):
+        j = where[s]
+        tau = space.tau[j] if loose else mu * push[s]
+        ledger[HEAT] += 0.5 * tau * (space.before[j] - both)
+        ledger[TANGENTIAL] += tau * step
+        counter[MET] += push[s] > 0.0
+        sticks = loose and space.state[j] == STICKS
+        counter[STUCK] += sticks
+        counter[REVERSED] += not sticks and tau * speed < 0.0

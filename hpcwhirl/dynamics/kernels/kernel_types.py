@@ -342,9 +342,11 @@ class Coulomb(NamedTuple):
     decay : m/s, sliding speed by which mu falls from one to the other; 0: constant mu
     radius : m, R, at which tips slide with the rotation
     rotor : (2 N, 2 N), m/N; row j, N + j: what a unit multiplier, a unit of friction on
-        tip j adds to all gaps, then to all slides, by the rotor's motion
-    ring : (2 R, 2 R), m/N; row i, R + i: displacements of the ring's R radial, then R
-        tangential coordinates by a unit force on radial, on tangential coordinate i
+        tip j adds to all gaps, then to all slides, by the rotor's motion; in the loop
+        of waves by that of both bodies
+    ring : (0, 0), or (2 R, 2 R), m/N; row i, R + i: displacements of the ring's R
+        radial, then R tangential coordinates by a unit force on radial, on tangential
+        coordinate i
     """
 
     friction: float

@@ -43,6 +43,7 @@ from hpcwhirl.dynamics.kernels.loop.wave_types import (
     SlotPulse,
     SlotRotor,
     SlotRows,
+    SlotSlides,
     SlotSpace,
 )
 from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned, widths
@@ -67,6 +68,16 @@ from hpcwhirl.dynamics.waves.free_motion import FreeMotion
 from hpcwhirl.dynamics.waves.free_waves import free_slots
 from hpcwhirl.dynamics.waves.mode_waves import mode_waves
 from hpcwhirl.dynamics.waves.point_supports import NO_SLOT, slot_support
+from hpcwhirl.dynamics.waves.slot_slides import (
+    Body,
+    Further,
+    aside_of,
+    drag_of_diameters,
+    drag_of_modes,
+    no_drag,
+    no_slides,
+    slot_slides,
+)
 from hpcwhirl.dynamics.waves.slot_waves import (
     PART,
     SlotPlaces,
@@ -110,6 +121,7 @@ from hpcwhirl.dynamics.waves.turning_waves import (
 from hpcwhirl.dynamics.waves.wave_motion import WaveMotion
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.contact_laws import PERMANENT
 
 
 def equal_sectors(model: Model, scene: Scene, beat: int) -> Integrator | None:
@@ -405,7 +417,8 @@ class EqualWaves(Integrator):
         self.laid, self.at, self.rotor, self.ring = laid, laid.at, laid.rotor, laid.ring
         body = self._body(model, scene, hub, beat)
         loading = Load(scene.force, scene.pulse, np.zeros(0))
-        arrays = Arrays(loading, body, (), _contact(model, scene, laid.column))
+        constants = _contact(model, scene, laid.column, self._slides(model, scene))
+        arrays = Arrays(loading, body, (), constants)
         seen = 0 if flies else SEEN * 2 * slots
         rows = self.at.rows + int(body.drive.filled[:, 1].sum())
         sizes = rows * PART + seen, 0, 2 * slots, 3 * slots
@@ -435,6 +448,29 @@ class EqualWaves(Integrator):
             hub = _with(self.driven, drive)
         pulse = self._pulse(model, scene)
         return SlotRotor(rows, pulse, *hub, self.laid.modes, held, drive)
+
+    def _slides(self, model: Model, scene: Scene) -> SlotSlides:
+        """Return the kernel's arrays of set-valued friction."""
+        step, k = scene.solver.time_step, widths(model.blades)[0]
+        if scene.slip == PERMANENT:
+            return no_slides(model.blades, step)
+        flies, mu = scene.solver.flies, friction_with_sign(scene)
+        diameters, swirls = self.diameters, (np.zeros(0), np.zeros(0))
+        waves, aside = self.rotor, aside_of(self.steady, diameters, self.at)
+        if self.driven:
+            diameters, swirls = self.driven.diameters, self.driven.swirls()
+            waves, aside = turning(diameters, k, mu, ()), self.driven.aside()
+        if diameters:
+            own = drag_of_diameters(diameters, waves.rows, k)
+        else:
+            pairs = _rotor_pairs(model, step, mu.hex(), flies=flies)
+            own = drag_of_modes(rotor_table(model, step, flies=flies)[0], pairs.steps)
+        beside = no_drag(k)
+        if self.beside is not None:
+            items = ring_table(model, step, flies=flies)[0]
+            beside = drag_of_modes(items, self.beside.steps)
+        bodies = Body(waves, own), Body(self.ring, beside)
+        return slot_slides(model, scene, bodies, self.at, Further(swirls, aside))
 
     def _own_rows(self, model: Model, scene: Scene, beat: int) -> SlotRows | FlowRows:
         """Return a copy of the packed coefficients, for the speed of a scene."""
@@ -479,7 +515,9 @@ class EqualWaves(Integrator):
         slot, sign = fold(scene.nodal_diameter, model.blades)
         none = np.zeros((0, 2))
         if self.beside is None:
-            return SlotPulse(np.zeros(0, np.int64), none, none, np.zeros(9), slot, sign)
+            return SlotPulse(
+                np.zeros(0, np.int64), none, none, np.zeros(11), slot, sign
+            )
         mu, force, steps = (
             friction_with_sign(scene), lobe_table(model, scene), self.beside.steps,
         )  # fmt: skip
@@ -491,13 +529,14 @@ class EqualWaves(Integrator):
         by_contact = complex((lobe * moved * (radial + mu * along.conj())).sum())
         beyond = lobe * (moved - 2 * (steps.gives * steps.moves)[f, slot].real)
         side = complex((along * beyond).sum())
+        by_drag = complex((lobe * moved * along.conj()).sum())
         rows = np.stack([2 * f, 2 * f + 1], axis=1).ravel()
         both = np.stack([push, push.conj()], axis=1).ravel()
         passed = complex(-(self.ring.passing[rows, slot] * both).sum())
         numbers = np.array([
             (radial * give * lobe).sum(), (lobe * moved * lobe).sum(), by_contact.real,
             by_contact.imag, (radial * beyond).sum(), side.real, side.imag,
-            passed.real, passed.imag,
+            passed.real, passed.imag, by_drag.real, by_drag.imag,
         ])  # fmt: skip
         at = np.stack([self.at.ring_at(2 * f + i, slot) for i in range(2)], axis=1)
         return SlotPulse(
@@ -766,6 +805,11 @@ class EqualWaves(Integrator):
         """Write the coefficients of the rotor's waves of an interval."""
         rotor, contacts = self.arrays.rotor, self.arrays.contact
         contacts.column[:] = driven.put_rows()
+        if len(contacts.slides.rows):
+            made = self._slides(self.model, self.scene)
+            for name in ("rows", "fixed", "swirl", "swirls", "aside"):
+                getattr(contacts.slides, name)[:] = getattr(made, name)
+            contacts.slides.law.rotor[:] = made.law.rotor
         drive = driven.drive()
         for name in drive._fields[FIXED_PLACES:-1]:
             getattr(rotor.drive, name)[:] = getattr(drive, name)
@@ -829,10 +873,15 @@ class EqualWaves(Integrator):
         return ring_amplitudes(self.model, laid.reshape(len(copies), -1), angles)
 
 
-def _contact(model: Model, scene: Scene, column: Floats) -> SlotContact:
-    """Return the constants of contact; column : (N,), m/N, of the Delassus matrix."""
+def _contact(
+    model: Model, scene: Scene, column: Floats, slides: SlotSlides
+) -> SlotContact:
+    """Return the constants of contact.
+
+    column, slides : (N,), m/N, of the Delassus matrix; set-valued friction
+    """
     w = circulant(column) if wears(scene) else np.zeros((0, 0))
-    return SlotContact(column, rods_under(model, scene, w))
+    return SlotContact(column, rods_under(model, scene, w), slides)
 
 
 def _put(table: Floats, at: Integers, values: Complexes) -> None:

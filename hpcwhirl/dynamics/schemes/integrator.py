@@ -15,7 +15,7 @@ import numpy as np
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
 from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, gaps_of
-from hpcwhirl.dynamics.bodies.operators import unworn, wears
+from hpcwhirl.dynamics.bodies.operators import friction_with_sign, unworn, wears
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
@@ -75,6 +75,14 @@ class Integrator(ABC):
 
     def __init__(self, model: Model, scene: Scene, arrays: Arrays, state: Any) -> None:
         self.model, self.scene, self.arrays, self.state = model, scene, arrays, state
+
+    def friction(self, _: float) -> float:
+        """Return the kernel's coefficient of friction at a speed, rad/s, with its sign.
+
+        Waves have one for the whole run: the speed keeps its sign, or each step only
+        tries this friction first, see `kernels.coulomb`.
+        """
+        return friction_with_sign(self.scene)
 
     @abstractmethod
     def balance(self, state: Any) -> Balance:

@@ -229,7 +229,7 @@ class BothAsWaves(Integrator):
 
     @cached_property
     def _turning(self) -> TurningCasing:
-        return TurningCasing(self.arrays.rotor, self.reads)
+        return TurningCasing(self.arrays.rotor, self.arrays.contact.slides, self.reads)
 
     def refresh(self, state: CyclicState | None, now: Interval) -> None:
         """Change the casing's coefficients to those of a new interval of the speed.

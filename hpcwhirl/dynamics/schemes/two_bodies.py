@@ -164,6 +164,10 @@ class TwoBodies(Integrator):
         each = (modal_coordinates(body, step) for body in (model.rotor, model.casing))
         self.held = held or (next(each), next(each))
 
+    def friction(self, speed: float) -> float:
+        """Return the friction at a speed, rad/s, as `refresh` has it."""
+        return friction_with_sign(self.scene, speed)
+
     def balance(self, state: BodiesState) -> Balance:
         """Return energy and damping loss in a state, which complete the ledger."""
         step, (_, rotor, casing, _) = self.scene.solver.time_step, self.arrays

@@ -471,28 +471,57 @@ class DrivenSlots:
         )
         each, self.summed = zip(self.alike, self.waves, self.pushes, strict=True), []
         for own, waves, (_, push) in each:
-            ahead = waves.ahead
-            before = waves.shapes / (1 + ahead)[:, None]
-            part = _back(waves.shapes) @ own.coriolis @ before
-            turned = -0.5 * self.pace.rate * (part + _back(part))
-            back, on = ahead.conj()[:, :, None], ahead[:, None]
-            apart = -(back + on + back * on)  # 1 - conj(z_f) z_g
-            alone = np.eye(ahead.shape[1], dtype=bool)
-            summed = np.where(alone, 0.0, turned / np.where(alone, 1.0, apart))
+            turned, summed = self._summed(own, waves)
             self.summed.append(summed)
-            given = push.conj()[:, None] @ summed
             _put_form(form, own, 0.5 * turned - summed)
-            size = np.abs(1 + ahead) ** 2
+            size = np.abs(1 + waves.ahead) ** 2
             spin[own.beside // PART * FOUR + own.beside % PART] = (
                 np.diagonal(turned, axis1=1, axis2=2).real / size
             )
-            _put(swirl, own.beside, 2.0 * given[:, 0])
-            swirls[own.k] = (given @ push[:, :, None])[:, 0, 0].real
+            _put_swirl(swirl, swirls, own, push, summed)
         return form, spin, swirl, swirls
+
+    def swirls(self) -> tuple[Floats, Floats]:
+        """Return `swirl` and `swirls` of `SlotDrive`, by forces along theta instead."""
+        groups, rows = len(self.at.rotor), int(self.at.rotor.sum())
+        swirl, swirls = np.zeros(rows * PART), np.zeros(groups * FOUR)
+        for own, waves in zip(self.alike, self.waves, strict=True):
+            _, push = self._pushed_by(waves, own.along.conj())
+            _put_swirl(swirl, swirls, own, push, self._summed(own, waves)[1])
+        return swirl, swirls
+
+    def aside(self) -> tuple[Integers, Integers, Complexes]:
+        """Return `SlotSlides.at`, `slot` and `aside`, of the motion without contact."""
+        slides = [np.zeros((3, 0), complex)]
+        for more, (i, b) in zip(self._forces(), self._driven, strict=True):
+            waves = self.waves[i]
+            now = self.alike[i].along[b] @ waves.rises[b]
+            then = now / (1 + waves.ahead[b])
+            push = waves.inverse[b] @ np.concatenate([more, more])
+            slides.append(np.stack([now, then, -then * push]))
+        _, _, at, _, slot = self.places
+        return at, slot, np.hstack(slides)
+
+    def _summed(self, own: _Alike, waves: _Waves) -> tuple[Complexes, Complexes]:
+        """Return the forms H and G (b, w, w) of the work of the force, J.
+
+        G without its diagonal, see `kernels.loop.slots.turn_slots`.
+        """
+        ahead = waves.ahead
+        before = waves.shapes / (1 + ahead)[:, None]
+        part = _back(waves.shapes) @ own.coriolis @ before
+        turned = -0.5 * self.pace.rate * (part + _back(part))
+        back, on = ahead.conj()[:, :, None], ahead[:, None]
+        apart = -(back + on + back * on)  # 1 - conj(z_f) z_g
+        alone = np.eye(ahead.shape[1], dtype=bool)
+        return turned, np.where(alone, 0.0, turned / np.where(alone, 1.0, apart))
 
     def _push(self, own: _Alike, waves: _Waves) -> tuple[Complexes, Complexes]:
         """Return what unit multipliers change: modes (b, m, 1), and waves (b, w)."""
-        force = (own.radial + self.mu * own.along).conj()
+        return self._pushed_by(waves, (own.radial + self.mu * own.along).conj())
+
+    @staticmethod
+    def _pushed_by(waves: _Waves, force: Complexes) -> tuple[Complexes, Complexes]:
         more = waves.give @ force[:, :, None]
         both = np.concatenate([more, more], axis=1)
         return more, (waves.inverse @ both)[:, :, 0]
@@ -591,6 +620,15 @@ class DrivenSlots:
             x, v = (modes_of(self.model, own.k, part) for part in (q, rate))
             out.append(own.motion.write(x, v - more / (2 * self.step)))
         _put(state, self.places[2], np.concatenate(out))
+
+
+def _put_swirl(
+    swirl: Floats, swirls: Floats, own: _Alike, push: Complexes, summed: Complexes
+) -> None:
+    """Write the work by what unit forces push, (b, w), of a form (b, w, w)."""
+    given = push.conj()[:, None] @ summed
+    _put(swirl, own.beside, 2.0 * given[:, 0])
+    swirls[own.k] = (given @ push[:, :, None])[:, 0, 0].real
 
 
 def hub_of(z: Complexes) -> Floats:

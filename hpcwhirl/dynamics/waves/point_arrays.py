@@ -13,7 +13,12 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
-from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_under
+from hpcwhirl.dynamics.bodies.operators import (
+    NO_SLIDES,
+    coulomb_law,
+    friction_with_sign,
+    rods_under,
+)
 from hpcwhirl.dynamics.bodies.pulse import pulse_load
 from hpcwhirl.dynamics.bodies.turning import unlike_rows
 from hpcwhirl.dynamics.kernels.contact import NOWHERE
@@ -23,6 +28,7 @@ from hpcwhirl.dynamics.kernels.loop.wave_types import (
     PointRows,
     PointsContact,
     PointsEnergy,
+    PointSlides,
     PointsRotor,
     SectorRows,
 )
@@ -45,6 +51,7 @@ from hpcwhirl.errors import ModelError
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.structure import FourierOperator
 
@@ -97,7 +104,8 @@ class Reads:
     hub : (2, m), x_o, y_o for unit modes of the rotor
     held : (2 s, m), x, y of each support of `standing` for unit modes of the rotor
     forces : (m, P + F) of each body: modal forces of unit multipliers with friction, of
-        the pulse's cos and sin, and of a force on each of s supports, x and y
+        the pulse's cos and sin, of a force on each of s supports, x and y, and with
+        set-valued friction of a force along theta on each point
     friction : mu, with the sign of the speed
     slots : where the kernel has the waves of equal sectors; None: of unequal ones
     """
@@ -256,9 +264,37 @@ class Reads:
         In m/N: of the motion in the step in which the forces act, and of what they add
         to the motion in any later step.
         """
-        first = self.forces[0].shape[1] - len(self.held)
-        moved = self.change(self.out, self.w)[:, first:]
-        return np.stack([np.abs(moved).max(axis=0), self.ahead()[2][first:]])
+        first = len(self.out) + 2
+        theirs = slice(first, first + len(self.held))
+        moved = self.change(self.out, self.w)[:, theirs]
+        return np.stack([np.abs(moved).max(axis=0), self.ahead()[2][theirs]])
+
+    def slides(self, scene: Scene) -> PointSlides:
+        """Return the kernel's coefficients of set-valued friction."""
+        points = len(self.out)
+        places, shape = np.zeros((points, 0), np.int64), np.zeros((points, 0))
+        step, none = scene.solver.time_step, (np.zeros(0),) * 3
+        if scene.slip == PERMANENT:
+            return PointSlides(NO_SLIDES, step, places, shape, *none, *none[:2])
+        b, c = self.waves.rotor, self.waves.casing
+        steady = self.waves.steady
+        circled = steady.shapes * (steady.ahead / (1 + steady.ahead))
+        own, past = (
+            self.waves.spread(np.hstack([self.side @ x, self.u @ y, self.side @ z]))
+            for x, y, z in (
+                (b.rises, c.rises, circled),
+                (b.moves - b.rises, c.moves - c.rises, circled / (1 + steady.ahead)),
+            )
+        )
+        drag = self.waves.spread(self.push()[-points:].conj())
+        rotor, ring = np.vstack([self.out, self.side]), np.vstack([self.w, self.u])
+        law = rotor @ b.give @ rotor.T + ring @ c.give @ ring.T
+        still = 0.0 * self.side @ b.shapes, 0.0 * self.u @ c.shapes
+        both = self.side @ (circled * (1 + 1 / (1 + steady.ahead)))
+        aside = self.waves.spread(np.hstack([*still, both]))
+        flat = own, past, drag, self.ahead()[2][-points:], aside[: both.any() * points]
+        arrays = all_aligned([np.ravel(array) for array in flat])
+        return PointSlides(coulomb_law(scene, law.T), step, places, shape, *arrays)
 
     def rows(self) -> PointRows:
         """Return the kernel's coefficients for unequal sectors, a row a point.
@@ -419,9 +455,10 @@ def reads_of(model: Model, scene: Scene, waves: PointWaves) -> Reads:
     kick, hub = _pulse_rows(model, scene), centre_rows(model.rotor, model.blades)
     held = unlike_rows(model, model.rotor.shapes)
     none, still = np.zeros_like(hub), np.zeros((len(held), w.shape[1]))
+    loose = len(out) * (scene.slip != PERMANENT)
     forces = (
-        np.vstack([out + mu * side, none, held]).T,
-        np.vstack([w + mu * u, kick, still]).T,
+        np.vstack([out + mu * side, none, held, side[:loose]]).T,
+        np.vstack([w + mu * u, kick, still, u[:loose]]).T,
     )
     return Reads(waves, out, side, w, u, turn, hub, held, forces, mu)
 
@@ -453,7 +490,8 @@ def point_arrays(model: Model, scene: Scene, waves: PointWaves) -> tuple[Arrays,
     ])  # fmt: skip
     w_of_both = np.ascontiguousarray(own.change(own.out, own.w)[:, :points])
     loading = Load(scene.force, scene.pulse, kick[0])
-    return Arrays(loading, rotor, (), _contact(model, scene, w_of_both)), own
+    contact = _contact(model, scene, w_of_both, own.slides(scene))
+    return Arrays(loading, rotor, (), contact), own
 
 
 class TurningCasing:
@@ -461,19 +499,22 @@ class TurningCasing:
 
     Those of a rotor without terms of rotation do not depend on the speed.
 
-    rotor : the kernel's arrays, of which those of the casing are changed
+    rotor, slides : the kernel's arrays, of which those of the casing are changed
     own : what they were made of
     """
 
-    def __init__(self, rotor: PointsRotor, own: Reads) -> None:
+    def __init__(self, rotor: PointsRotor, slides: PointSlides, own: Reads) -> None:
         waves = own.waves
         self.rotor, self.own, self.place = rotor, own, waves.apart[1]
+        self.along = slides.rush
         size, points = len(waves.rotor.ahead), len(own.out)
         mine = slice(size, size + len(self.place))
         self.stood = own.stood
         self.gaps = own.by_waves(own.out, own.w)[:, mine]
         self.pushed = np.abs(own.push()[:points, mine])
         self.rush = rotor.rush - self.pushed @ rotor.drift[self.place]
+        self.dragged = np.abs(own.push()[-points:, mine])[: len(slides.rush)]
+        self.rest = self.along - self.dragged @ rotor.drift[self.place]
 
     def set(self, turn: float) -> None:
         """Set the coefficients to those of a turn in a step, rad."""
@@ -482,6 +523,7 @@ class TurningCasing:
         rotor.ahead[place], rotor.ahead[half + place] = ahead.real, ahead.imag
         rotor.drift[place] = drift_of(self.gaps, ahead)
         rotor.rush[:] = self.rush + self.pushed @ rotor.drift[place]
+        self.along[:] = self.rest + self.dragged @ rotor.drift[place]
         rows, spins = rotor.rows, self.own.waves.casing.spins
         if not isinstance(rows, PointRows):
             rows.before[:] = replace(self.own, turn=turn).flat_before()
@@ -495,7 +537,9 @@ class TurningCasing:
             parts[:, 0, place], parts[:, 1, place] = values.real, -values.imag
 
 
-def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
+def _contact(
+    model: Model, scene: Scene, compliance: Floats, slides: PointSlides
+) -> PointsContact:
     chosen = folded(model.contacts, widths(model.contacts)[1])
     orders = wall_of(model, scene).orders
     phases = np.multiply.outer(orders, model.angles[chosen])
@@ -505,7 +549,7 @@ def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
         clear[lost] = NOWHERE
     rods = rods_under(model, scene, compliance)
     aligned = all_aligned([clear[chosen], waves.ravel()])
-    return PointsContact._make([compliance, *aligned, rods])
+    return PointsContact._make([compliance, *aligned, rods, slides])
 
 
 def _energy(waves: PointWaves) -> PointsEnergy:

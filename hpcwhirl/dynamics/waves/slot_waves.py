@@ -157,20 +157,20 @@ def pairs_of_modes(items: Floats, mu: float, steps: Steps) -> SlotWaves:
     return SlotWaves(
         np.repeat(steps.there, 2, axis=0), _twice(steps.ahead),
         np.repeat(radial, 2, axis=0), np.repeat(along, 2, axis=0),
-        _two(steps.gives * force, steps.gives.conj() * force),
-        _two(along * moves, along * moves.conj()), _twice(radial * moves),
+        two_rows(steps.gives * force, steps.gives.conj() * force),
+        two_rows(along * moves, along * moves.conj()), _twice(radial * moves),
         1j * _twice(radial / (1 + steps.ahead) ** 2), (radial * given).sum(axis=0),
         (radial * moved).sum(axis=0), (along * moved).sum(axis=0), form,
     )  # fmt: skip
 
 
-def _two(first: Complexes, second: Complexes) -> Complexes:
+def two_rows(first: Complexes, second: Complexes) -> Complexes:
     """Return rows of first waves and second waves of pairs, in turn."""
     return np.stack([first, second], axis=1).reshape(-1, first.shape[-1])
 
 
 def _twice(first: Complexes) -> Complexes:
-    return _two(first, first.conj())
+    return two_rows(first, first.conj())
 
 
 def turned(waves: SlotWaves, spin: Floats, step: float) -> SlotWaves:
@@ -186,6 +186,17 @@ def turned(waves: SlotWaves, spin: Floats, step: float) -> SlotWaves:
         ahead=(1 + waves.ahead) * factor + waves.ahead,
         passing=spin * back * waves.passing,
     )
+
+
+def packed(pairs: Sequence[tuple[Complexes, Complexes]], places: SlotPlaces) -> Floats:
+    """Return complex coefficients of all rows as the kernel has them, flat.
+
+    pairs : of each, the arrays (rows, k) of rotor and casing; re, then im, are items
+    """
+    (one, two), *_ = pairs
+    mask = np.hstack([_mask(len(one), places.rotor), _mask(len(two), places.ring)])
+    parts = [part for pair in pairs for part in _parts(*pair)]
+    return np.ravel(_laid(parts)[mask])
 
 
 @dataclass(frozen=True)

@@ -132,7 +132,11 @@ class Differences(_Diameter):
 
         mu : friction coefficient with the sign of Omega
         """
-        more = self.passed(mu)
+        return self.pushed_by(self.force(mu))
+
+    def pushed_by(self, force: Complexes) -> Complexes:
+        """Return it for modal forces, (m,), of any unit spectrum."""
+        more = self.passed_by(force)
         return np.asarray(self.inverse @ np.concatenate([more, more]))
 
     def passing(self) -> Complexes:
@@ -152,7 +156,11 @@ class Differences(_Diameter):
 
         mu : friction coefficient with the sign of Omega
         """
-        return np.asarray(self.give @ self.force(mu))
+        return self.passed_by(self.force(mu))
+
+    def passed_by(self, force: Complexes) -> Complexes:
+        """Return it for modal forces, (m,), of any unit spectrum."""
+        return np.asarray(self.give @ force)
 
     def work(self, mu: float) -> tuple[Complexes, float]:
         """Return factors (row, number) of the energy and loss, J, that contact adds.
@@ -180,15 +188,15 @@ class Flow(_Diameter):
     their impulse.
     """
 
-    def _struck(self, mu: float) -> Complexes:
+    def _struck(self, force: Complexes) -> Complexes:
         """Return the change of the waves' amplitudes, (waves,), at a contact impulse.
 
-        The impulse is that of a unit spectrum of the multipliers, at the start of a
-        step.
+        The impulse is that of a unit spectrum, such as that of the multipliers, at the
+        start of a step.
 
-        mu : friction coefficient with the sign of Omega
+        force : (m,), modal forces of the unit spectrum
         """
-        impulse = self.step * self.force(mu)
+        impulse = self.step * force
         return np.asarray(self.inverse @ np.concatenate([0 * impulse, impulse]))
 
     def pushed(self, mu: float) -> Complexes:
@@ -198,7 +206,11 @@ class Flow(_Diameter):
 
         mu : friction coefficient with the sign of Omega
         """
-        return np.asarray((1 + self.ahead) * self._struck(mu))
+        return self.pushed_by(self.force(mu))
+
+    def pushed_by(self, force: Complexes) -> Complexes:
+        """Return it for modal forces, (m,), of any unit spectrum."""
+        return np.asarray((1 + self.ahead) * self._struck(force))
 
     def passing(self) -> Complexes:
         """Return the matrix (m, w) from amplitudes of waves to dt (v- + v+) of modes.
@@ -216,7 +228,11 @@ class Flow(_Diameter):
 
         mu : friction coefficient with the sign of Omega
         """
-        return np.asarray(self.step**2 * self.force(mu))
+        return self.passed_by(self.force(mu))
+
+    def passed_by(self, force: Complexes) -> Complexes:
+        """Return it for modal forces, (m,), of any unit spectrum."""
+        return np.asarray(self.step**2 * force)
 
     def work(self, mu: float) -> tuple[Complexes, float]:
         """Return factors (row, number) of the energy and loss, J, that contact adds.
@@ -226,7 +242,7 @@ class Flow(_Diameter):
 
         mu : friction coefficient with the sign of Omega
         """
-        struck = self._struck(mu)
+        struck = self._struck(self.force(mu))
         row = 2 * (struck.conj() @ self.energy) * self.before
         return np.asarray(row), float((struck.conj() @ self.energy @ struck).real)
 

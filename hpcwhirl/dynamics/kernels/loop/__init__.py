@@ -5,6 +5,7 @@
   when gaps need not be computed
 - rows of points: `point_rows`, and `sectors` for nearly equal ones; `bounded` has the
   operations of a step, `whole` sums over rows
+- `slot_slides`, `point_slides`: set-valued friction, for either kind of rows
 - `transform`, `passes`: from spectra to gaps; `circulant`: the Delassus matrix of equal
   sectors; `flight`: how long a jump may be
 

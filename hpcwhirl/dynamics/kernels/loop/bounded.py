@@ -33,9 +33,11 @@ from hpcwhirl.dynamics.kernels.contact import (
     book_contacts,
     gap_at,
     note_slip,
+    slides_at,
     slips_now,
     write_sample,
 )
+from hpcwhirl.dynamics.kernels.coulomb import coulomb_space
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
@@ -61,6 +63,12 @@ from hpcwhirl.dynamics.kernels.loop.point_rows import (
     read_close,
     read_every,
     turn_points,
+)
+from hpcwhirl.dynamics.kernels.loop.point_slides import (
+    drag_points,
+    is_loose,
+    put_rest,
+    slide_points,
 )
 from hpcwhirl.dynamics.kernels.loop.point_verbs import (
     advance,
@@ -219,10 +227,10 @@ def note_slips_of_points(state, step):
 
     The points' motions along the casing are the first entries of state.lam.
     """
-    known, last = state.known, state.last
-    for s in range(known[len(last)]):
-        if last[known[s]] == state.counter[LAST]:
-            note_slip(state.lam[known[s]], step, state.ledger)
+    last = state.last
+    for j in range(len(last)):
+        if last[j] == state.counter[LAST]:
+            note_slip(state.lam[j], step, state.ledger)
 
 
 @does(sample, SectorRows)
@@ -421,15 +429,41 @@ def touch_points(rows, rotor, contact, wall, mu, step, speed, thrust, angle, eve
         )  # fmt: skip
     elif not ready:
         active = solved(whole, row - row, lowest, points, wide, solver)
+    loose = False
+    if active > 0 and is_loose(contact.slides):
+        apart = keep_free(rotor, thrust, q, space)
+        free = space.spare[: len(rotor.ahead)] if apart else q
+        moves = slides_at(wall, speed, contact.slides.law.radius, time, step)
+        active, loose = slide_points(
+            rows, contact, mu, speed, moves, free, row, active, state, space
+        )
     if active > 0:
-        act_points(rows, rotor, mu, step, thrust, angle, active, state, space)
+        act_points(
+            rows, rotor, contact.slides, mu, step, thrust, angle, active, loose, state,
+            space,
+        )  # fmt: skip
     return active
 
 
 @inlined
-def act_points(rows, rotor, mu, step, thrust, angle, active, state, space):
+def keep_free(rotor, thrust, q, space):
+    """Return whether amplitudes without any force of the step are in space.spare.
+
+    Else pulse and supports exert none, and they are q.
+    """
+    stands = len(rotor.support.which) > 0
+    if stands and thrust == 0.0:
+        begin_free(rotor, q, space)
+    return stands or thrust != 0.0
+
+
+@inlined
+def act_points(rows, rotor, slides, mu, step, thrust, angle, active, loose, state,
+               space):  # fmt: skip
     """Enter the works of a step's contact forces; apply these to the waves.
 
+    slides, loose : `wave_types.PointSlides`; whether friction is not that of permanent
+        sliding
     active : number of points in contact, the first ones of the solver's
     """
     q, gaps, counter = state.rotor, state.gaps, state.counter
@@ -437,17 +471,17 @@ def act_points(rows, rotor, mu, step, thrust, angle, active, state, space):
     push, where = solver.push, solver.where
     points, wide, modes = len(state.last), len(gaps) // 6, len(rotor.ahead)
     clear_forces(spare, modes)
-    at, stands = modes + points, len(rotor.support.which) > 0
+    at = modes + points
     spare[at], spare[at + 1] = thrust * math.cos(angle), -thrust * math.sin(angle)
     for i in range(2 * len(rotor.support.nudge)):
         spare[at + 2 + i] = space.push[i]
     for i in range(active):
         spare[modes + where[i]] = push[i]
+    if loose:
+        put_rest(space, active, at + 2 + 2 * len(rotor.support.nudge))
     older = (counter[STEP] + 1) % 3 * 2 * wide
     open_tips(push, where, active, solver.rows, space.out)
-    if stands and thrust == 0.0:
-        begin_free(rotor, q, space)
-    free = spare[:modes] if stands or thrust != 0.0 else q
+    free = spare[:modes] if keep_free(rotor, thrust, q, space) else q
     book_points(
         rows, push, where, active, free, spare, mu, counter[STEP], gaps, older, before,
         state.sums_b, state.lam, space.spectra,
@@ -455,6 +489,8 @@ def act_points(rows, rotor, mu, step, thrust, angle, active, state, space):
     stay_open(state, where, active)
     close_from(state.entered, where, active, before)
     push_points(rows, push, where, active, q, space.spectra)
+    if loose:
+        drag_points(slides, active, state, space)
     for i in range(active):
         space.bounds[DRIFT] += push[i] * rotor.rush[where[i]]
     book_contacts(
@@ -497,6 +533,12 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
         *sizes_of_rows(rotor.rows, points, modes, width),
     ])  # fmt: skip
     check_places("points", modes - FOUR + 1, {"which": rotor.support.which})
+    slides = arrays.contact.slides
+    loose = len(slides.drag) > 0
+    check_sizes("slides", [
+        (name, getattr(slides, name), points * modes * loose)
+        for name in ("rises", "pasts", "drag")
+    ] + [("law", slides.law.rotor, 4 * points**2 * loose)])  # fmt: skip
     solver = constant_space(points, wide, arrays.contact.w, state.known)
     sectors = isinstance(rotor.rows, SectorRows)
     room = room_of_sectors(rotor.rows) if sectors else modes
@@ -508,6 +550,7 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
         np.zeros_like(state.ledger), held, np.full(3, -1.0),
         np.zeros(room_of.py_func(stand)), np.zeros(2),
         layer_space.py_func(len(state.entered)),
+        coulomb_space.py_func(points * (len(arrays.contact.slides.drag) > 0), 0),
     )  # fmt: skip
 
 

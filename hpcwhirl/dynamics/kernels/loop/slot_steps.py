@@ -30,9 +30,11 @@ from hpcwhirl.dynamics.kernels.contact import (
     book_contacts,
     gap_at,
     note_slip,
+    slides_at,
     slips_now,
     write_sample,
 )
+from hpcwhirl.dynamics.kernels.coulomb import coulomb_space
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
@@ -73,6 +75,14 @@ from hpcwhirl.dynamics.kernels.loop.skipped import (
     catch_up,
     gaps_if_near,
 )
+from hpcwhirl.dynamics.kernels.loop.slot_slides import (
+    KINDS,
+    NUMBER,
+    PUSH,
+    RUBBED,
+    is_loose,
+    slide_slots,
+)
 from hpcwhirl.dynamics.kernels.loop.slots import (
     CASING,
     DRIVEN,
@@ -96,6 +106,7 @@ from hpcwhirl.dynamics.kernels.loop.slots import (
     spectrum_of,
     stand_slots,
     swirl_slots,
+    to_spectrum,
     turn_slots,
     turning_of_slots,
     weigh_slots,
@@ -107,33 +118,10 @@ from hpcwhirl.dynamics.kernels.shape import carried_by_shape, is_shaped, write_s
 from hpcwhirl.dynamics.kernels.standing import room_of
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
-    add_six,
-    add_two,
     aligned_zeros,
-    broadcast,
     load,
     store,
-    store_six,
 )
-
-
-@inlined
-def to_spectrum(push, where, size, turns, width, lam):
-    """Compute the spectrum of the multipliers, N: set lam (width,), re, then im.
-
-    push, where, size : multipliers, N, of the blades in contact, where[:size]
-    turns : (N, width) flat, cos and -sin of each slot at each blade
-    width : twice the number of slots, padded
-    """
-    whole = width - width % (6 * FOUR)
-    none = broadcast(-0.0)  # x + (-0) has the bits of x, also if x is 0 or -0
-    for v in range(0, whole, 6 * FOUR):
-        six = none, none, none, none, none, none
-        store_six(lam, v, add_six(push, where, size, turns, width, v, six))
-    for v in range(whole, width, 2 * FOUR):
-        two = add_two(push, where, size, turns, width, v, (none, none))
-        store(lam, v, two[0])
-        store(lam, v + FOUR, two[1])
 
 
 @does(set_out, FlowRows)
@@ -155,15 +143,17 @@ def note_slips(rows, state, space, step):
     The motion along the casing is completed by that of a pulse, and of a force of the
     supports, in the same step.
     """
-    known, last, slip = state.known, state.last, space.slip
+    last, slip, rubbed = state.last, space.slip, space.rubbed
     k = len(slip) // 2
+    if len(rubbed) > 0 and rubbed[2 * k * NUMBER] == state.counter[STEP]:
+        for c in range(2 * k):
+            slip[c] += rubbed[c]
     for more in (space.kicked, space.held):
         if more[2] == state.counter[STEP]:
             slot = int(more[3])
             slip[slot] += more[0]
             slip[k + slot] += more[1]
-    for s in range(known[len(last)]):
-        j = known[s]
+    for j in range(len(last)):
         if last[j] == state.counter[LAST]:
             note_slip(at_blade(slip, rows.turns, j, 2 * k), step, state.ledger)
 
@@ -320,6 +310,7 @@ def work_of_slots(_rows, rotor, thrust, angle, moved, state, space):
         a, b = numbers[2], numbers[3]
         real, imag = a * re - b * im, b * re + a * im
         both += real * c + imag * pulse.sign * s
+        both += moved_by_rub(pulse, c, pulse.sign * s, state, space)
         # contact works on the motion by the pulse, too, which the pass does not see
         here, beside = thrust * c, thrust * pulse.sign * s
         sums[slot] += numbers[4] * (re * here + im * beside)
@@ -335,10 +326,26 @@ def work_of_slots(_rows, rotor, thrust, angle, moved, state, space):
     return 0.5 * thrust * both
 
 
+@part
+def moved_by_rub(pulse, c, s, state, space):
+    """Return the motion, m, on which the pulse works, by the rest of friction.
+
+    That is set-valued friction beyond that of permanent sliding, see `slot_slides`.
+
+    c, s : cos and sin of the pulse's angle, in the frame of its slot
+    """
+    rubbed, k = space.rubbed, len(state.lam) // 2
+    if len(rubbed) == 0 or rubbed[2 * k * NUMBER] != state.counter[STEP]:
+        return 0.0
+    at = 2 * k * PUSH + pulse.slot
+    re, im, a, b = rubbed[at], rubbed[k + at], pulse.numbers[9], pulse.numbers[10]
+    return (a * re - b * im) * c + (b * re + a * im) * s
+
+
 @does(touch, FlowRows)
 @does(touch, SlotRows)
 @inlined
-def touch_slots(rows, rotor, contact, wall, _mu, step, speed, _thrust, _angle, _every,
+def touch_slots(rows, rotor, contact, wall, mu, step, speed, thrust, angle, _every,
                 _looks, state, space):  # fmt: skip
     """Find the contact forces of a step, which stay pending until the next one.
 
@@ -370,6 +377,14 @@ def touch_slots(rows, rotor, contact, wall, _mu, step, speed, _thrust, _angle, _
     else:
         active = solved(gaps, now * 2 * wide, lowest, blades, wide, solver)
     if active > 0:
+        write_forces(rows, active, state, space)
+    if active > 0 and is_loose(contact.slides):
+        moves = slides_at(wall, speed, contact.slides.law.radius, time, step)
+        active = slide_slots(
+            rows, rotor, contact, mu, speed, gap, moves, thrust, angle, active, state,
+            space,
+        )  # fmt: skip
+    if active > 0:
         if is_flow(rows) and is_shaped(wall):
             carried = carried_by_shape(
                 solver.push, solver.where, active, blades, wall, speed, time, step
@@ -383,29 +398,42 @@ def touch_slots(rows, rotor, contact, wall, _mu, step, speed, _thrust, _angle, _
         if not is_flow(rows) and len(rotor.drive.held.gaps) > 0:
             book_held(rotor.drive.held.slides, rotor.drive.held.slot, state, space)
         if not is_flow(rows) and len(rotor.drive.turning) > 0:
-            swirl_slots(rows, rotor.drive, state.rotor, state.lam, state.sums_c)
+            drive = rotor.drive
+            swirl_slots(
+                rows, drive.swirl, drive.swirls, state.rotor, state.lam, state.sums_c
+            )
     return active
 
 
 @inlined
-def keep_forces(rows, active, step, state, space):
-    """Compute the spectrum of a step's contact forces; enter their impulses.
+def write_forces(rows, active, state, space):
+    """Compute the spectrum of a step's contact forces, with permanent sliding.
 
     active : number of blades in contact, the first ones of the solver's
     """
-    counter, gaps, solver, lam = state.counter, state.gaps, space.solver, state.lam
-    k, wide, older = len(lam) // 2, len(gaps) // 6, (counter[STEP] + 1) % 3
+    solver, lam = space.solver, state.lam
+    if by_slots(active, solver) and len(state.entered) == 0:
+        for c in range(0, len(lam), FOUR):
+            store(lam, c, load(solver.spectrum, c))
+    else:
+        push, where = solver.push, solver.where
+        to_spectrum(push, where, active, rows.turns, len(lam), lam)
+
+
+@inlined
+def keep_forces(rows, active, step, state, space):
+    """Enter the impulses of a step's contact forces, with the gaps two steps before.
+
+    active : number of blades in contact, the first ones of the solver's
+    """
+    counter, gaps, solver = state.counter, state.gaps, space.solver
+    k, wide, older = len(state.lam) // 2, len(gaps) // 6, (counter[STEP] + 1) % 3
     push, where, before = solver.push, solver.where, space.before
     if not is_flow(rows):
         catch_up(rows.wave, k, wide, gaps, older, space.seen, space.skipped)
         row = older * 2 * wide
         read_before(gaps, row, where, active, len(state.last), wide, before)
         close_from(state.entered, where, active, before)
-    if by_slots(active, solver) and len(state.entered) == 0:
-        for c in range(0, 2 * k, FOUR):
-            store(lam, c, load(solver.spectrum, c))
-    else:
-        to_spectrum(push, where, active, rows.turns, 2 * k, lam)
     book_contacts(
         push, where, active, before, state.last, counter, state.ledger, state.impulse,
         step,
@@ -551,7 +579,7 @@ def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
     Raise ModelError if an array or an index is wrong.
     """
     rotor, blades, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
-    width = len(state.lam)
+    width, loose = len(state.lam), len(arrays.contact.slides.rows) > 0
     check_sizes("slots", sizes_of_slots(arrays, state))
     check_places("slots", len(state.rotor) - FOUR, {
         "pairs": rotor.rows.pairs, "pulse": rotor.pulse.at, "centre": rotor.centre,
@@ -572,6 +600,8 @@ def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
         np.full(3, -1.0),
         state._replace(rotor=state.rotor.copy(), counter=state.counter.copy()),
         layer_space.py_func(len(state.entered)),
+        coulomb_space.py_func(blades * loose, 0),
+        np.zeros((2 * width + FOUR) * loose),
     )  # fmt: skip
 
 
@@ -611,6 +641,12 @@ def sizes_of_slots(arrays: Arrays, state: CyclicState) -> Wanted:
         ("gives", support.gives, 2 * support.reads.size),
         ("gaps of supports", support.gaps, 4 * FOUR * len(support.stand.film)),
     ]  # fmt: skip
+    slides, loose = arrays.contact.slides, len(arrays.contact.slides.rows) > 0
+    wanted += [
+        ("rows of slides", slides.rows, waves * RUBBED * loose),
+        ("fixed of slides", slides.fixed, KINDS * width * loose),
+        ("law of slides", slides.law.rotor, 4 * blades**2 * loose),
+    ]
     if isinstance(rows, FlowRows):
         jumps = rows.flight.jumps, len(rows.flight.counts) * waves * PART
         wanted += [("jumps", *jumps), ("bounds", rows.flight.bounds, 2 * waves * PART)]

@@ -47,11 +47,14 @@ from hpcwhirl.dynamics.kernels.standing import (
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    add_six,
+    add_two,
     broadcast,
     fma,
     fnma,
     load,
     store,
+    store_six,
     total_of,
 )
 
@@ -92,6 +95,25 @@ def is_no_flow(_rows):
 def is_indeed(_rows):
     """Return True: these steps are those of the exact flow."""
     return True
+
+
+@inlined
+def to_spectrum(push, where, size, turns, width, lam):
+    """Compute the spectrum of the multipliers, N: set lam (width,), re, then im.
+
+    push, where, size : multipliers, N, of the blades in contact, where[:size]
+    turns : (N, width) flat, cos and -sin of each slot at each blade
+    width : twice the number of slots, padded
+    """
+    whole = width - width % (6 * FOUR)
+    none = broadcast(-0.0)  # x + (-0) has the bits of x, also if x is 0 or -0
+    for v in range(0, whole, 6 * FOUR):
+        six = none, none, none, none, none, none
+        store_six(lam, v, add_six(push, where, size, turns, width, v, six))
+    for v in range(whole, width, 2 * FOUR):
+        two = add_two(push, where, size, turns, width, v, (none, none))
+        store(lam, v, two[0])
+        store(lam, v + FOUR, two[1])
 
 
 @inlined
@@ -423,22 +445,23 @@ def turn_slots(rows, drive, q, sums):
 
 
 @part
-def swirl_slots(rows, drive, q, lam, sums):
+def swirl_slots(rows, swirl, swirls, q, lam, sums):
     """Add the second part of the work, see `turn_slots`, by a step's contact forces.
 
+    swirl, swirls : factors, see `wave_types.SlotDrive`
     q, lam : amplitudes before these act; (2 k,), N, their spectrum
     """
     k, m, t, total = FOUR * groups_of(rows), 0, 0, broadcast(0.0)
     for g in range(groups_of(rows)):
         real, imag, moved = load(lam, FOUR * g), load(lam, k + FOUR * g), none_yet()
         for _ in range(rows.rotor[g]):
-            moved = products(drive.swirl, t, load(q, m), load(q, m + FOUR), moved)
+            moved = products(swirl, t, load(q, m), load(q, m + FOUR), moved)
             m += PART
             t += PART
         m += rows.ring[g] * PART
         both, size = both_of(moved), fma(real, real, imag * imag)
         total = fma(real, both[0], fma(imag, both[1], total))
-        total = fma(load(drive.swirls, FOUR * g), size, total)
+        total = fma(load(swirls, FOUR * g), size, total)
     sums[TURNING] += total_of(total)
 
 

@@ -14,6 +14,8 @@ from typing import NamedTuple
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.kernels.kernel_types import (
     ConstantSpace,
+    Coulomb,
+    CoulombSpace,
     CyclicState,
     LayerSpace,
     Rods,
@@ -187,6 +189,33 @@ class PointsRotor(NamedTuple):
     support: PointsSupport
 
 
+class PointSlides(NamedTuple):
+    """Set-valued friction of P points, see `point_slides`; empty: permanent sliding.
+
+    Attributes
+    ----------
+    law : law of friction; its `rotor` is the response of both bodies
+    step : dt, s
+    places, shape : (P, 0), (P, 0): the casing has no further part in the response
+    rises, pasts : (P, m) flat, slide of a step, and of the step before in free motion,
+        for unit amplitudes
+    drag : (P, m) flat, change of amplitudes by a unit force along theta on the point
+    rush : (P,), m/N, increase of the bound given by `PointsRotor.drift` by it
+    aside : (P, m) flat, slides over two steps by orbits of an unbalanced rotor, for
+        unit amplitudes; empty if they rest in the frame of the blades
+    """
+
+    law: Coulomb
+    step: float
+    places: Integers
+    shape: Floats
+    rises: Floats
+    pasts: Floats
+    drag: Floats
+    rush: Floats
+    aside: Floats
+
+
 class PointsContact(NamedTuple):
     """Constants of the contact of P points, one or several on each tip, with a ring.
 
@@ -197,12 +226,14 @@ class PointsContact(NamedTuple):
     waves : (n, 2, 2 wide) flat, cos and sin of the n harmonics of the casing's shape at
         the points
     rods : layer on the casing
+    slides : set-valued friction
     """
 
     w: Floats
     clear: Floats
     waves: Floats
     rods: Rods
+    slides: PointSlides
 
 
 class PointsSpace(NamedTuple):
@@ -227,6 +258,7 @@ class PointsSpace(NamedTuple):
     push : (room,), N, forces of s supports, x and y, see `standing.add_support`
     bounds : (2,), m, bound of any point's motion in a step; 1 before any is known
     layer : work space of `layer`
+    friction : work space of set-valued friction; empty with permanent sliding
     """
 
     spare: Floats
@@ -244,6 +276,7 @@ class PointsSpace(NamedTuple):
     push: Floats
     bounds: Floats
     layer: LayerSpace
+    friction: CoulombSpace
 
 
 class SlotRows(NamedTuple):
@@ -329,10 +362,11 @@ class SlotPulse(NamedTuple):
     at : (p,), indices of re of the waves' amplitudes; im follow four further
     push, move : (p, 2), re and im: change of the amplitude by a unit force; motion over
         two steps on which it does work, for unit amplitude
-    numbers : (9,): change of the gap by a unit force; motion by a unit force; re and im
-        of that by a unit spectrum of the multipliers; by a unit force, the motion of
+    numbers : (11,): change of the gap by a unit force; motion by a unit force; re and
+        im of that by a unit spectrum of the multipliers; by a unit force, the motion of
         the gap beyond that of free waves, and re and im of that along the casing, and
-        in the exact flow of the rate in passing
+        in the exact flow of the rate in passing; by a unit spectrum of forces along
+        theta, re and im of the motion
     slot, sign : slot; -1 if it has the conjugate of the pulse's harmonic, else 1
     """
 
@@ -479,15 +513,47 @@ class SlotRotor(NamedTuple):
     drive: SlotDrive
 
 
+class SlotSlides(NamedTuple):
+    """Set-valued friction of equal sectors, see `slot_slides`; else empty.
+
+    Attributes
+    ----------
+    law : law of friction; its `rotor` is the response of both bodies
+    step : dt, s
+    places, shape : (N, 0), (N, 0): the casing has no further part in the response
+    rows : items of all rows of waves
+    fixed : (7, 2 k) flat, by slot, re, then im, what unit forces change: items `SLID`
+        to `MOVED`
+    swirl, swirls : those of `SlotDrive`, of forces along theta
+    at, slot, aside : (n,), (n,), (n, 6): waves of the motion without contact, that of a
+        changing speed or an orbit: index of re, slot; re, im of the slide of a step and
+        of the step before for unit amplitude, and what to add to the latter
+    """
+
+    law: Coulomb
+    step: float
+    places: Integers
+    shape: Floats
+    rows: Floats
+    fixed: Floats
+    swirl: Floats
+    swirls: Floats
+    at: Integers
+    slot: Integers
+    aside: Floats
+
+
 class SlotContact(NamedTuple):
     """Constants of the contact of equal sectors.
 
     column : (N,), m/N, column 0 of the circulant Delassus matrix
     rods : layer on the casing
+    slides : set-valued friction
     """
 
     column: Floats
     rods: Rods
+    slides: SlotSlides
 
 
 class SlotSpace(NamedTuple):
@@ -509,6 +575,10 @@ class SlotSpace(NamedTuple):
         `standing.add_support`; (3,), see `standing.turned_by_steps`
     aside : for the exact scheme, a state with copies of the arrays that a jump changes
     layer : work space of `layer`
+    friction : work space of set-valued friction; empty with permanent sliding
+    rubbed : (4 k + 4,), or empty: of the last step in which friction was not that of
+        permanent sliding: spectra (2 k,) of the motion along the casing that the rest
+        of it causes, beyond what the pass sees, m, and of this rest, N; the step
     """
 
     spectrum: Floats
@@ -530,3 +600,5 @@ class SlotSpace(NamedTuple):
     turned: Floats
     aside: CyclicState
     layer: LayerSpace
+    friction: CoulombSpace
+    rubbed: Floats

@@ -1,0 +1,134 @@
+"""Set-valued friction of contact points, a term of the loop `points`; see `coulomb`.
+
+As for equal sectors (`slot_slides`) a step is solved with permanent sliding first. If
+that breaks Coulomb's law, normal forces and friction tau are found together. Waves have
+friction mu lambda with the multipliers; the rest, tau - mu lambda, is a force along
+theta for each point, the last of the step's forces, `PointRows.opens`.
+"""
+
+from __future__ import annotations
+
+from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare
+from hpcwhirl.dynamics.kernels.contact import FRICTION
+from hpcwhirl.dynamics.kernels.coulomb import book_rub, rub
+from hpcwhirl.dynamics.kernels.keep_inverse import blade_at, place_of
+from hpcwhirl.dynamics.kernels.loop.point_rows import read_every
+from hpcwhirl.dynamics.kernels.loop.whole import (
+    add_rows,
+    open_whole,
+    put,
+    tip_by_waves,
+)
+
+
+@inlined
+def is_loose(slides):
+    """Return whether friction is set-valued."""
+    return len(slides.drag) > 0
+
+
+@part
+def slide_on(slides, mu, moved, active, q, space):
+    """Return whether all points in contact slide with the rotation.
+
+    moved : m, Omega R dt
+    active : number of points in contact, the first ones of the solver's
+    """
+    law, push, where = slides.law, space.solver.push, space.solver.where
+    points, modes = len(slides.rush), len(slides.rises) // len(slides.rush)
+    if law.decay > 0.0:
+        return False
+    for s in range(active):
+        if push[s] > 0.0 and law.friction > 0.0:
+            j = where[s]
+            slid = tip_by_waves(slides.rises, j, q, modes) - moved
+            for i in range(active):
+                row = where[i]
+                drag = law.rotor[points + row, points + j]
+                slid += push[i] * (law.rotor[row, points + j] + mu * drag)
+            if not slid * mu < 0.0:
+                return False
+    return True
+
+
+@rare
+def rub_points(rows, slides, mu, moves, free, row, state, space):
+    """Solve a step's normal forces and friction together, by Coulomb's law.
+
+    Return the number of points in contact, -1 without a solution. What friction has
+    beyond that of permanent sliding is written to space.friction.slides, for the points
+    of space.solver.where in turn.
+
+    moves : m, Omega R dt of this step and of the step before
+    free, row : amplitudes before any force of the step; index of the step's clearances
+    """
+    friction, solver, whole, q = space.friction, space.solver, space.opened, state.rotor
+    points, wide = len(slides.rush), len(whole) // 2
+    modes = len(slides.rises) // points
+    read_every(rows, q, points, space.out, space.spectra)
+    open_whole(space.out, state.gaps, row, whole)
+    for j in range(points):
+        solver.near[j] = whole[place_of(j, points, wide)]
+        friction.slides[j] = tip_by_waves(slides.rises, j, q, modes) - moves[0]
+        before = tip_by_waves(slides.pasts, j, free, modes)
+        friction.before[j] = before - moves[1]
+    active = rub(
+        solver.near, slides.law, slides.step, slides.places, slides.shape, solver.lam,
+        friction.after, solver.opened, solver.fallback, friction,
+    )  # fmt: skip
+    for j in range(points):
+        put(whole, j, points, wide, solver.opened[j])
+    for s in range(active):
+        j = solver.where[s]
+        solver.push[s] = solver.lam[j]
+        friction.slides[s] = friction.after[j] - mu * solver.lam[j]
+    return active
+
+
+@inlined
+def slide_points(rows, contact, mu, speed, moves, free, row, active, state, space):
+    """Return the number of points in contact by Coulomb's law, and whether it is new.
+
+    The second is whether friction is not that of permanent sliding. Arguments are those
+    of `slide_on` and `rub_points`; the friction is entered in the account.
+    """
+    slides, solver = contact.slides, space.solver
+    loose = not slide_on(slides, mu, moves[0], active, state.rotor, space)
+    if loose:
+        active = rub_points(rows, slides, mu, moves, free, row, state, space)
+    for s in range(active):
+        j, aside = solver.where[s], 0.0
+        if len(slides.aside) > 0:
+            modes = len(slides.aside) // len(slides.rush)
+            aside = tip_by_waves(slides.aside, j, state.rotor, modes)
+        space.friction.before[j] = aside
+    book_rub(mu, solver.push, solver.where, active, speed, slides.step, moves, loose,
+             state, space.friction)  # fmt: skip
+    return active, loose
+
+
+@part
+def put_rest(space, active, at):
+    """Write the rest of friction to the forces of a step, space.spare from `at` on."""
+    for s in range(active):
+        space.spare[at + space.solver.where[s]] = space.friction.slides[s]
+
+
+@part
+def drag_points(slides, active, state, space):
+    """Apply the rest of friction to waves and gaps; enter its work.
+
+    The points' motions along the casing are the first entries of state.lam.
+    """
+    rest, where, out = space.friction.slides, space.solver.where, space.out
+    points, wide, q, work = len(slides.rush), len(space.out) // 2, state.rotor, 0.0
+    for s in range(active):
+        j = where[s]
+        work += 0.5 * rest[s] * state.lam[j]
+        space.bounds[0] += abs(rest[s]) * slides.rush[j]
+        for i in range(2 * wide):
+            own = blade_at(i, points, wide)
+            out[i] += rest[s] * slides.law.rotor[points + j, own]
+    state.ledger[FRICTION] += work
+    state.sums_b[2] += work
+    add_rows(slides.drag, rest, where, active, q, len(q))
