@@ -122,6 +122,7 @@ def test_a_kill_in_the_middle_of_an_extension_changes_no_bit(
     assert found == whole
 
 
+@pytest.mark.turns
 def test_one_that_fails_to_go_on_keeps_its_row_and_is_told(tmp_path):
     first, _ = run(tmp_path)
     told = Policy(keep_states=True, case_limit=1e-9)
@@ -138,6 +139,7 @@ def test_one_that_fails_to_go_on_keeps_its_row_and_is_told(tmp_path):
     assert "undecided" in set(hpcwhirl.words(hpcwhirl.open_results(tmp_path).regime))
 
 
+@pytest.mark.turns
 def test_progress_counts_what_is_still_to_go_on(tmp_path):
     run(tmp_path)
     assert progress_of(Directory(tmp_path)).left == 0
@@ -199,6 +201,7 @@ def test_a_dry_run_tells_what_the_extension_costs(tmp_path, capsys):
     assert PlanFile(tmp_path).read().extended == []
 
 
+@pytest.mark.turns
 def test_the_last_shard_to_go_on_has_the_results_of_all(whole, tmp_path):
     run(tmp_path)
     design, ends = design_of(FIRST), []
@@ -225,6 +228,7 @@ def test_two_ranks_extend_to_the_same_bits(whole, tmp_path, words):
     assert root_variables(tmp_path) == whole
 
 
+@pytest.mark.turns
 def test_the_directory_alone_is_enough(whole, tmp_path, capsys):
     run(tmp_path)
     words = ["--extend", "undecided", "--to", "0.8", "--json", "--report=no"]

@@ -81,6 +81,7 @@ def test_only_what_will_be_drawn_is_foreseen(
     assert told["seconds_after"].keys() == found.after.keys()
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("sweep", [
     {"traces": ["summary", "orbit", "full"], "blades": [12, 22]},
     {"traces": ["summary", "orbit"], "rotation": ["full"], "lost_blade": [-1, 3],
@@ -95,6 +96,7 @@ def test_what_any_case_keeps_is_foreseen_whichever_comes_first(tmp_path, sweep):
     assert told.results == pytest.approx(size(tmp_path, "results.h5"), rel=0.03)
 
 
+@pytest.mark.turns
 def test_steps_of_more_kinds_than_are_asked_are_those_of_their_friction(
     tmp_path, monkeypatch
 ):

@@ -163,6 +163,7 @@ def bounds_of(march):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rotation", ROTATIONS)
 def test_reach_bounds_all_later_displacements(rotation):
     march = March(resolve(scene(rotation=rotation)))

@@ -14,6 +14,7 @@ to_gaps, to_slots = (  # parts, for Python
 )
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("split", [False, True])
 def test_gaps_are_the_transform_of_their_spectrum(split):
     # by numpy, of every number of blades; as one product, and in two stages
@@ -49,6 +50,7 @@ def test_a_split_is_made_of_factors_and_where_it_is_worth_it():
     assert transform.span_of(181) == 0  # prime
 
 
+@pytest.mark.turns
 def test_the_spectrum_of_multipliers_is_their_transform():
     # by numpy, wherever the first stage has whole vectors
     seen = 0
