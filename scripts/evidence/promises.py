@@ -84,8 +84,8 @@ def text_of(preset: str, rows: list[Row]) -> str:
     return (
         f"with features on small engines, {SHORT:g} and {LONG:g} s: word as a finer "
         f"run in {right}, {', '.join(held)}; both word and radius in {kept} of {sure} "
-        "of which estimate = all says so (same word, 3 radius_error within that); the "
-        f"radius is so least with {', '.join(seldom)}"
+        "of which estimate = all says so (same word, 3 radius_error within that)"
+        + (f"; the radius is so least with {', '.join(seldom)}" if seldom else "")
     )
 
 
