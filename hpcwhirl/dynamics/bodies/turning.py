@@ -248,10 +248,10 @@ def step_of(terms: Terms, step: float) -> Turning:
     step : dt, s
     """
     mass, gyro, damping, stiffness, push = terms
-    before = (damping + gyro) / (2 * step)
-    inverse = np.linalg.solve(mass / step**2 + before, np.eye(len(mass)))
+    before, one = (damping + gyro) / (2 * step), np.eye(len(mass))
+    inverse = np.linalg.solve(mass / step**2 + before, one)
     return Turning(
-        inverse @ (mass / step**2 - before),
+        one - inverse @ (2 * before),  # a product with M / dt^2 would round off more
         np.asarray(inverse @ (stiffness + push)),
         np.asarray(inverse),
         mass,
