@@ -31,6 +31,7 @@ from hpcwhirl.errors import (
     InputError,
     NoRoomError,
     WhirlError,
+    nearest,
     one_line,
     say,
     shown,
@@ -61,6 +62,7 @@ LAYOUT = {ord(c): " " for c in "\n\t\xa0"}  # white space allowed in arguments
 TOGETHER = ("campaign", "gather", "doctor")  # commands that all ranks run
 NO_THREAD = "can't start new thread"
 NO_MEMORY = ("failed to map segment", "cannot allocate memory", "out of memory")
+GOES_ON = ("--resume", "--restart", "--continue")  # options that others have
 
 
 class _Parser(argparse.ArgumentParser):
@@ -68,7 +70,16 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise InputError, instead of printing the usage and exiting."""
-        raise InputError(f"{message} (see {self.prog} --help)")
+        raise InputError(f"{message}{self._hint(message)} (see {self.prog} --help)")
+
+    def _hint(self, message: str) -> str:
+        """Return what an unknown option may be: a similar one, or one not needed."""
+        name = message.removeprefix("unrecognized arguments: ").split(" ")[0]
+        if name == message.split(" ", maxsplit=1)[0] or not name.startswith("--"):
+            return ""
+        if name in GOES_ON:
+            return "; the command that began a campaign continues it"
+        return nearest(name, [*self._option_string_actions])
 
 
 def run_command(words: Sequence[str], *, program: bool = False) -> int:

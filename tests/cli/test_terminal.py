@@ -104,3 +104,13 @@ def test_a_page_is_opened_in_the_browser(starts, first, tmp_path, monkeypatch, c
     assert asked == [out.as_uri()]
     told = "no web browser could be started" in capsys.readouterr().err
     assert told is not starts
+
+
+@pytest.mark.parametrize(("words", "told"), [
+    (["campaign", "f.toml", "--resume"], "command that began a campaign continues it"),
+    (["campaign", "f.toml", "--pilott", "3"], "did you mean '--pilot'?"),
+    (["cases", "first", "second"], "unrecognized arguments: second (see"),
+])  # fmt: skip
+def test_an_unknown_option_is_told_with_what_may_be_meant(words, told, capsys):
+    assert main(words) == 2
+    assert told in capsys.readouterr().err

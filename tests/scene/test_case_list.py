@@ -8,6 +8,7 @@ from synthetic import grid_of, synthetic
 from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.scene import case_list
 from hpcwhirl.scene.case_list import cases_in_file
 
 
@@ -106,3 +107,9 @@ def test_no_file_and_no_table_are_told(tmp_path):
         cases_in_file(tmp_path / "never.csv")
     with pytest.raises(InputError, match=r"must be tables of inputs, or cases ="):
         design_of({"cases": 3})
+
+
+def test_a_list_that_takes_long_tells_how_far_it_is(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(case_list, "EVERY", 0.0)
+    design(tmp_path, "speed\n300\n400\n")
+    assert "cases.csv: 2 cases read" in capsys.readouterr().err

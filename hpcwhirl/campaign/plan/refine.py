@@ -53,7 +53,10 @@ def first_inputs(
     inputs = preset_inputs(refine.first)
     clash = inputs.keys() & map(full_name, settings)
     if clash:
-        msg = f"--set or --preset: {min(clash)} is set by `first` of [refine] already"
+        msg = (
+            f"--set or --preset: {min(clash)} is set by `first` of [refine] already: "
+            "change `first` in the file, or leave the option out"
+        )
         raise InputError(msg)
     check_kept(inputs | {full_name(n): value for n, value in settings.items()})
     return inputs
