@@ -230,6 +230,17 @@ def test_the_gap_is_seen_over_an_orbit_and_its_legend_hides_no_curve(cases):
         assert panel.get_legend().get_window_extent().x0 >= inside.x1
 
 
+@pytest.mark.parametrize(("gaps", "drawn"), [(0.1, False), (0.3, True)])
+def test_an_orbit_far_smaller_than_the_gap_is_drawn_without_it(gaps, drawn):
+    from matplotlib.figure import Figure
+
+    turn = np.linspace(0, 2 * np.pi, 99)
+    path, axes = np.column_stack([np.cos(turn), np.sin(turn)]), Figure().subplots()
+    motions.draw_orbit(axes, path, turn >= 0.0, 1.0 / gaps, transient=False)
+    told = [line.get_label() for line in axes.lines]
+    assert ("gap" in told, any("outside" in one for one in told)) == (drawn, not drawn)
+
+
 @pytest.mark.parametrize(("samples", "coarse"), [(12, True), (60, False)])
 def test_the_samples_of_an_orbit_are_shown_where_they_are_few(samples, coarse):
     """A circle of 12 samples turns by 30 degrees from one to the next."""

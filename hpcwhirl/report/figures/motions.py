@@ -121,7 +121,8 @@ def draw_orbit(
 ) -> None:
     """Draw the centre's orbit into a panel, with a unit that suits its size.
 
-    The circle of the gap is left out if it is over 20 times larger than the orbit.
+    The circle of the gap is left out if it is over 5 times larger than the orbit, and
+    then told in the legend.
 
     Parameters
     ----------
@@ -139,7 +140,11 @@ def draw_orbit(
     dots = {"marker": ".", "ms": 3} if is_coarse(path[late]) else {}
     told = f"{WINDOW}: dots are samples" if dots else WINDOW
     axes.plot(*(factor * path[late]).T, c=DARK, lw=0.6, label=told, **dots)
-    if 0.05 * gap < np.abs(shown).max(initial=0.0):
+    if 0.2 * gap >= np.abs(shown).max(initial=0.0):
+        axes.plot(
+            [], [], " ", label=f"the gap, {factor * gap:.4g} {unit}, lies outside"
+        )
+    else:
         turn = np.linspace(0, 2 * np.pi, 200)
         circle = factor * gap * np.array([np.cos(turn), np.sin(turn)])
         (round_it,) = axes.plot(
