@@ -31,7 +31,7 @@ from hpcwhirl.analysis.regimes import (
     name_regime,
 )
 from hpcwhirl.analysis.rules import motion_of
-from hpcwhirl.analysis.support_force import loss_numbers, support_force
+from hpcwhirl.analysis.shaft_numbers import loss_numbers, shaft_numbers
 from hpcwhirl.analysis.whirl import static_frame
 from hpcwhirl.case.bounds import lean_checked, told_beyond
 from hpcwhirl.case.coarser import coarser
@@ -51,7 +51,6 @@ from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.inputs import OF_FILE
 from hpcwhirl.scene.quantities import ROW
-from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.units import in_shown, with_unit
 from hpcwhirl.scene.words import (
     BEYOND_FILM,
@@ -92,7 +91,9 @@ class Result:
         also `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and
         `casing` (n, H + 1, 2), m, STATIC frame, and with several contact points per tip
         `point_tips` (n, N, n_c, 2), `point_impulse` (n, N, n_c), and of a file with a
-        stress matrix `stress` (n, N, P), Pa; empty if none are kept
+        stress matrix `stress` (n, N, P), Pa; where loads of the shaft are read,
+        `support_force` (n, s, 2), N, STATIC frame, of s supports, and `shaft_torque`
+        (n,), N m; empty if none are kept
     performance : {variable: value} that depend on the machine and its load, such as
         computing times
     notes : remarks on the case, as `hpcwhirl run` prints them
@@ -415,6 +416,7 @@ def result_of(case: Case, history: History) -> Result:
     row |= found
     if changes(scene) or case.loses:
         row["words_over_speed"] = told_over_speed(words_over_speed(case, history))
+    row |= shaft_numbers(history)
     row |= loss_numbers(case, history) | wear_numbers(scene, history.layer)
     if history.rubbing is not None:
         row |= {
@@ -478,9 +480,9 @@ def _traces(case: Case, history: History) -> dict[str, NDArray[np.float64]]:
         "rubbed": history.friction,
         "lost": history.lost,
     }
-    if case.given.engine.rotor.lost_blade != NO_BLADE:
-        force = support_force(case, traces["time"], traces["centre"])
-        traces |= {"support": force} if len(force) else {}
+    if history.shaft is not None:
+        traces["support_force"] = history.shaft.force[: len(history.time)]
+        traces["shaft_torque"] = history.shaft.torque[: len(history.time)]
     if scene.output.traces == "full":
         traces |= {
             "tips": history.tips,

@@ -12,7 +12,7 @@ from hpcwhirl.case.rotation_choice import with_rotation
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.truncation import with_truncation
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import Model, model_of
+from hpcwhirl.reduction.model import Model, model_of, why_unknown
 from hpcwhirl.reduction.waves import tip_growth
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.contact_laws import PERMANENT
@@ -125,6 +125,14 @@ class Case:
     def loses(self) -> bool:
         """Whether the rotor loses a blade during the run, not as it begins."""
         return self.reduced.lost_blade_time > 0.0
+
+    @cached_property
+    def reads_loads(self) -> bool:
+        """Whether loads of the shaft are read: if asked for, or if a blade is lost."""
+        if self.given.output.forces != "none":
+            return True
+        lost = self.given.engine.rotor.lost_blade != NO_BLADE
+        return lost and why_unknown(self.model) == ""
 
     @cached_property
     def before(self) -> Marched | None:

@@ -22,13 +22,15 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     add_option(parser, "--kind NAME",
-        "kind of figure; may be repeated (default: all but basins, chord, motion, "
-        "movie, stress and wear; branches only for a campaign with [branch]); over the "
-        "speed: frequency, cascade, bifurcation, interaction, growth; of sweeps up and "
-        "down: branches; of the engine: shapes, campbell, stability; of the starts: "
-        "basins; of each case: orbit, section, contributions, contacts, chord (several "
+        "kind of figure; may be repeated (default: all but basins, chord, loads, "
+        "motion, movie, stress and wear; branches only for a campaign with [branch]); "
+        "over the speed: frequency, cascade, bifurcation, interaction, growth; of "
+        "sweeps up and down: branches; of the engine: shapes, campbell, "
+        "stability; of the starts: basins; of each case: orbit, section, "
+        "contributions, contacts, chord (several "
         "points a tip), tips, motion (the wheel, as six frames and as a GIF), movie "
-        "(the same as MP4, which needs ffmpeg), stress (a file with a stress matrix), "
+        "(the same as MP4, which needs ffmpeg), loads (of the shaft), stress (a file "
+        "with a stress matrix), "
         "waterfall (speed or gap that changes), wear (a layer), ledger",
         action="append")
     add_option(parser, "--case I",

@@ -75,6 +75,25 @@ class Rubbing:
 
 
 @dataclass(frozen=True)
+class ShaftHistory:
+    """Loads of the shaft, read from the motion at m samples of a run.
+
+    Attributes
+    ----------
+    names : names of the s supports
+    time : (m,), s
+    force : (m, s, 2), N, of each support on the rotor, static frame: F_x, F_y
+    torque : (m,), N m, of the drive on the rotor about its axis, anticlockwise > 0,
+        mean since the sample before; NaN if it does not follow from the motion
+    """
+
+    names: tuple[str, ...]
+    time: Floats
+    force: Floats
+    torque: Floats
+
+
+@dataclass(frozen=True)
 class History:
     """Samples and totals of one run; all in SI units, all numbers finite.
 
@@ -132,6 +151,7 @@ class History:
         or if round-off explains it
     worn : (n, M), m, depth of each of M rods of a layer on the casing; (0, M) unless
         stored
+    shaft : loads of the shaft; None unless read
     layer : (3, M), at the end: worn depth, m, work of wear, J, and work of the rotation
         on the rods, J; M is 0 without layer
     """
@@ -172,6 +192,7 @@ class History:
     circle: Floats = field(default_factory=lambda: np.zeros((1, 2)))
     blur: tuple[float, float] = (0.0, 0.0)
     rubbing: Rubbing | None = None
+    shaft: ShaftHistory | None = None
     free_growth: Floats = field(default_factory=lambda: np.zeros(1))
 
 

@@ -20,10 +20,12 @@ from hpcwhirl.case.limits import beat_of, step_counts
 from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.profile import NEVER, held_displacement, release_step
 from hpcwhirl.case.resolve import Case
-from hpcwhirl.case.speed import angle_at, law_of, schedule_of
+from hpcwhirl.case.speed import angle_at, law_of, schedule_of, speed_at
 from hpcwhirl.case.unbalance import loss_step
 from hpcwhirl.dynamics.bodies.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_of
+from hpcwhirl.dynamics.bodies.shaft_loads import COLUMNS as MORE
+from hpcwhirl.dynamics.bodies.shaft_loads import ShaftLoads, shaft_loads
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
@@ -36,6 +38,7 @@ from hpcwhirl.dynamics.waves.casing import wall_of
 from hpcwhirl.dynamics.waves.free_motion import FreeMotion
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
+from hpcwhirl.scene.contact_laws import PERMANENT
 
 SLICE_SECONDS = 0.01  # wall time that a slice should take
 FIRST_SLICE = 256  # steps of the first slice, before the time of a step is known
@@ -69,6 +72,9 @@ class March:
     scheme : the integrator, with the kernel's constant arrays
     later : integrator of the rotor without the blade that is lost later; None: no blade
         is lost, or it is already
+    every : number of steps between samples, at which stress and loads are read
+    loads : (samples + 1, 2 s + 3), loads of the shaft, see `_empty_loads`
+    jump : (1,), N m s, change of the angular momentum as a blade leaves
     state : motion, ledger and counters at the present step, which the kernel changes
     tracks : samples and rows of evidence written so far
 
@@ -88,12 +94,15 @@ class March:
         self.start = start_of(case) if start is None else start
         self.case, self.scene, self.model = case, case.scene, case.model
         scene = self.scene
-        self.total, self.stride = step_counts(scene)
+        self.total, self.every = step_counts(scene)
+        self.stride = self.every
         self.beat = beat_of(self.model, scene)
         self.interval = self.stride * scene.solver.time_step
         if scene.output.traces == "summary":  # no sample before the end
             self.stride = (self.total // self.beat + 1) * self.beat
         self.seconds = 0.0
+        self._free: FreeMotion | None = None
+        self._shaft: ShaftLoads | None = None
         self.schedule = schedule_of(scene, self.model)
         self.let_go, self.lost_at = release_step(scene), loss_step(scene)
         self.fold()
@@ -121,7 +130,10 @@ class March:
             return
         self._refresh(self.state)
         self.tracks = self._empty_tracks()
-        self.stresses = self._empty_stresses()
+        self._free, self._shaft = None, None
+        self.stresses, self.loads = self._empty_stresses(), self._empty_loads()
+        self.jump = np.zeros(1)
+        self._read(0)
         self.coast = self._coast()
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
@@ -186,6 +198,7 @@ class March:
         if self.later is None or steps < self.lost_at:
             return
         self.lean, self.scheme, self.later = self.case.whole, self.later, None
+        self._free, self._shaft = None, None
         self.state = self.scheme.state
         self.counter[contact.STEP] = steps
         self._refresh(None)
@@ -193,11 +206,20 @@ class March:
 
     def _lose(self) -> None:
         """Continue with the rotor that has lost a blade, from its present motion."""
-        old, steps = self.scheme, self.steps
+        old, steps, was = self.scheme, self.steps, self._angular_momentum()
         self.enter(steps)
         search = int(self.counter[contact.NEXT_TRY])
         self.scheme.carry(old, steps)
         self.counter[contact.NEXT_TRY] = search
+        self.jump[0] = self._angular_momentum() - was
+
+    def _angular_momentum(self) -> float:
+        """Return that of the rotor about its axis, N m s; 0 if no loads are stored."""
+        if not self.loads.size:
+            return 0.0
+        now, time = self.motion(), self.steps * self.scene.solver.time_step
+        speed = float(speed_at(self.scene, time))
+        return self.shaft.angular_momentum(now.rotor, now.rotor_velocity, speed)
 
     def put(self, state: Iterable[Floats]) -> None:
         """Replace the march's state by one of the same scene, perhaps at another step.
@@ -342,42 +364,95 @@ class March:
     def _stress_shape(self) -> tuple[int, int]:
         """Numbers (N, P) of blades, and of points on each whose stress is stored.
 
-        P is 0 unless traces are "full". The stress is computed from the state at each
-        sample; scheme `exact`, which jumps, does not stop at samples, so that none is
-        stored.
+        P is 0 unless traces are "full".
         """
-        stress, scene = self.model.rotor.stress, self.scene
-        whole = scene.output.traces == "full" and not scene.solver.flies
+        stress, whole = self.model.rotor.stress, self.scene.output.traces == "full"
         return self.model.blades, len(stress.names) if stress and whole else 0
 
     def _empty_stresses(self) -> Floats:
         return np.zeros((self.total // self.stride, *self._stress_shape))
 
-    def _read_stress(self) -> None:
-        """Compute and store the stress at the named points of all blades, Pa.
+    def _empty_loads(self) -> Floats:
+        """Return an array for the loads of the shaft at step 0 and at each sample.
 
-        The present step must be one at which a sample of the traces is written.
+        They are those of `ShaftLoads.of_motion`, and the impulse of contact, on which
+        the torque of friction depends, N s. It is empty if they are not asked for.
         """
-        stress = self.model.rotor.stress
-        if stress is not None:
-            row = self.steps // self.stride - 1
-            self.stresses[row] = stress.at(self.displacements()[0])
+        width = len(self.shaft.forces) * 2 + MORE if self.case.reads_loads else 0
+        return np.zeros((self.total // self.every + 1 if width else 0, width))
+
+    @property
+    def shaft(self) -> ShaftLoads:
+        """How loads of the shaft follow from the motion of the present rotor."""
+        if self._shaft is None:
+            before = self.case.before if self.later else None
+            model, scene = before[::-1] if before else (self.model, self.scene)
+            self._shaft = shaft_loads(model, scene)
+        return self._shaft
+
+    @property
+    def _reads(self) -> bool:
+        return bool(self.stresses.size or self.loads.size)
+
+    def _read_since(self, step: int) -> None:
+        """Read the motion at each sample after a step, up to the present one.
+
+        Scheme `exact` may have jumped over samples: there the motion was free.
+        """
+        if self._reads:
+            for at in range(step - step % self.every + self.every, self.steps + 1,
+                            self.every):  # fmt: skip
+                self._read(at)
+
+    def _read(self, step: int) -> None:
+        """Store stress at the named points, Pa, and loads of the shaft, at a sample.
+
+        step : of the sample, or 0: the present one, or one between which and the
+            present one the motion is free
+        """
+        if not self._reads:
+            return
+        now, row = self._motion_at(step), step // self.every
+        if self.stresses.size and row and self.model.rotor.stress is not None:
+            self.stresses[row - 1] = self.model.rotor.stress.at(now.rotor)
+        if not self.loads.size:
+            return
+        time = step * self.scene.solver.time_step
+        speed, angle = (float(f(self.scene, time)) for f in (speed_at, angle_at))
+        slips = self.scene.slip != PERMANENT
+        entry = contact.TANGENTIAL if slips else contact.IMPULSE
+        with np.errstate(all="ignore"):  # a motion that diverges may not be finite
+            self.loads[row] = [
+                *self.shaft.of_motion(now.rotor, now.rotor_velocity, speed, angle),
+                self.lean.model.folds * self.state.ledger[entry],
+            ]
+
+    def _motion_at(self, step: int) -> Motion:
+        """Return the motion at the present step, or at another one of a free motion."""
+        if step == self.steps:
+            return self.scheme.motion(self.state, step)
+        free = self._free or self.scheme.free()
+        self._free = free
+        if free is None:
+            raise TypeError(self.scheme)
+        rotor, counter = self.state.rotor.copy(), self.counter.copy()
+        other = self.state._replace(rotor=rotor, counter=counter)
+        counter[contact.STEP] = step
+        turned = np.exp((step - self.steps) * free.log)
+        free.put(other, free.amplitudes(self.state) * turned)
+        return self.scheme.motion(other, step)
 
     def _read_ahead(self) -> None:
-        """Compute and store the stress at all samples after a certificate was found.
+        """Read the motion at all samples after a certificate was found.
 
-        A certificate is a proof that no blade can touch again. For the stress the run
-        is integrated to its end with the kernel; then the state is restored, from which
-        the run is completed in closed form. Without contact, both motions are equal to
-        round-off.
+        It proves that no blade can touch again, so that the motion is free.
         """
-        if not self.stresses.size:
-            return
-        parts = *self.state, self.tracks.closed
-        before = [part.copy() for part in parts]
-        self._through_samples(self.total)
-        for part, own in zip(parts, before, strict=True):
-            part[:] = own
+        if self._reads:
+            for step in range(
+                self.steps - self.steps % self.every + self.every, self.total + 1,
+                self.every,
+            ):  # fmt: skip
+                self._read(step)
 
     @property
     def evidence_columns(self) -> int:
@@ -450,19 +525,19 @@ class March:
         self.seconds += time.perf_counter() - start
 
     def _through_samples(self, goal: int) -> None:
-        """Integrate up to step `goal`; store the stress, if wanted, at each sample."""
+        """Integrate up to step `goal`; read the motion, if asked for, at samples."""
         while self.steps < goal and self.counter[contact.STOP] == 0:
+            before = self.steps
             self._march_to(self._next_read(goal))
-            if self.stresses.size and self.steps % self.stride == 0:
-                self._read_stress()
+            self._read_since(before)
 
     def _next_read(self, goal: int) -> int:
-        """Return the next step, at most `goal`, at which the stress is to be computed.
+        """Return the next step, at most `goal`, at which the motion is to be read.
 
-        It is `goal` if no stress is stored.
+        It is `goal` if neither stress nor loads are stored.
         """
-        after = self.steps - self.steps % self.stride + self.stride
-        return min(goal, after) if self.stresses.size else goal
+        after = self.steps - self.steps % self.every + self.every
+        return min(goal, after) if self._reads else goal
 
     def _march_to(self, goal: int) -> None:
         """Integrate up to step `goal`, or until the run stops.

@@ -81,7 +81,8 @@ def snapshot(march: March) -> Arrays:
     """
     arrays = {name: array.copy() for name, array in _state(march).items()}
     tracks = _tracks(march, march.counter)
-    tracks["tracks.closed"] = tracks["tracks.closed"].copy()
+    for name in {"tracks.closed", "tracks.jump"} & tracks.keys():
+        tracks[name] = tracks[name].copy()
     others = {"seconds": np.array([march.seconds]), "total": np.array([march.total])}
     return arrays | tracks | others
 
@@ -99,7 +100,10 @@ def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
     tracks = march.tracks._asdict()
     if march.stresses.size:
         tracks["stress"] = march.stresses
-        counts["stress"] = counter[contact.STEP] // march.stride
+        counts["stress"] = counter[contact.STEP] // march.every
+    if march.loads.size:
+        tracks |= {"loads": march.loads, "jump": march.jump}
+        counts |= {"loads": counter[contact.STEP] // march.every + 1, "jump": 1}
     return {  # tracks that are not kept have no rows
         f"tracks.{name}": track[
             : max(int(counts.get(name, counter[contact.SAMPLE])), 0)

@@ -14,7 +14,16 @@ from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.case.unbalance import centre_orbit
-from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History, Rubbing
+from hpcwhirl.dynamics.bodies.operators import friction_with_sign
+from hpcwhirl.dynamics.bodies.shaft_loads import COLUMNS as SHAFT
+from hpcwhirl.dynamics.bodies.shaft_loads import ShaftLoads
+from hpcwhirl.dynamics.history import (
+    LEDGER_TERMS,
+    Evidence,
+    History,
+    Rubbing,
+    ShaftHistory,
+)
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Tracks
 from hpcwhirl.dynamics.schemes.integrator import Integrator
@@ -44,7 +53,10 @@ class Run(Protocol):
     lost_at : step at whose end a blade is lost; 0: none during the run
     scheme, state, tracks : integrator, its state, samples and rows written so far
     stresses : (samples, N, P), Pa, at the named points of all blades
-    stride, beat : steps between samples, and between rows of evidence
+    shaft, loads, jump : how loads of the shaft follow from the motion; loads read so
+        far, see `march.March`; change of the angular momentum by a lost blade
+    every, stride, beat : steps between two readings of the loads, between samples, and
+        between rows of evidence
     interval, seconds : s, output interval; wall time of all slices
     counter, steps : the state's counters; steps taken so far
     evidence_columns : number of columns of a row of evidence
@@ -59,10 +71,16 @@ class Run(Protocol):
     state: Any
     tracks: Tracks
     stresses: Floats
+    loads: Floats
+    jump: Floats
+    every: int
     stride: int
     beat: int
     interval: float
     seconds: float
+
+    @property
+    def shaft(self) -> ShaftLoads: ...  # noqa: D102
 
     @property
     def counter(self) -> Integers: ...  # noqa: D102
@@ -155,6 +173,7 @@ def history_of(march: Run) -> History:
         circle=_circle(march, judged.time),
         blur=_blur(march),
         rubbing=_rubbing(march),
+        shaft=_shaft(march),
         free_growth=_free_growth(march, judged),
         stress=march.stresses[:count],
         worn=kept.worn,
@@ -230,6 +249,49 @@ def _rubbing(march: Run) -> Rubbing | None:
         stuck=int(counts[contact.STUCK]) / met,
         reversed=int(counts[contact.REVERSED]) / met,
     )
+
+
+def _shaft(march: Run) -> ShaftHistory | None:
+    """Return the loads of the shaft in a run so far; None if they were not read.
+
+    Samples from the first that is not finite on, of a motion that diverges, are left
+    out. H and the impulse of contact are differences between samples, the torque of
+    supports and weight is the mean of both.
+    """
+    if not march.loads.size:
+        return None
+    rows = march.loads[: march.steps // march.every + 1]
+    forces, (momentum, torque, impulse) = rows[:, :-SHAFT], rows[:, -SHAFT:].T
+    good = np.logical_and.accumulate(np.isfinite(forces).all(axis=1))
+    last, span = max(int(good.sum()), 1), march.every * march.scene.solver.time_step
+    time = np.arange(float(last)) * span
+    rise = np.diff(momentum[:last])
+    lost = (march.lost_at - 1) // march.every
+    if 0 <= lost < len(rise):
+        rise[lost] -= march.jump[0]
+    drag = _drag(march, time[1:], np.diff(impulse[:last]))
+    outer = (torque[1:last] + torque[: last - 1]) / 2
+    names = march.shaft.names
+    return ShaftHistory(
+        names,
+        time[1:],
+        forces[1:last].reshape(-1, len(names), 2),
+        (rise - drag) / span - outer,
+    )
+
+
+def _drag(march: Run, time: Floats, impulse: Floats) -> Floats:
+    """Return the angular impulse of friction on the rotor between samples, N m s.
+
+    time, impulse : (m,), s, at the samples; N s, of normal forces of contact since the
+        sample before or, with set-valued friction, of friction on the casing
+    """
+    scene, share = march.scene, np.ones(len(time))
+    if scene.slip == PERMANENT:
+        speeds, which = np.unique(speed_at(scene, time), return_inverse=True)
+        found = [friction_with_sign(scene, float(speed)) for speed in speeds]
+        share = np.array(found)[which]
+    return np.asarray(-share * scene.engine.rotor.radius * impulse)
 
 
 def _free_growth(march: Run, judged: Evidence) -> Floats:

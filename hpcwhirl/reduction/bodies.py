@@ -196,7 +196,7 @@ def _with_loss(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
     added = rotation_of(rotor) if rotation == "full" else None
     tilt = np.array(whole.spin.tilt if whole.spin else (), dtype=np.intp)
     others = np.setdiff1d(np.arange(len(whole.mass)), tilt)
-    basis = _basis(own, eta, rotation)[:, others]
+    basis = whole_basis_of(own, eta, rotation)[:, others]
     mass, stiffness = (_even(basis.T @ a @ basis) for a in (disk.mass, disk.stiffness))
     kept = np.arange(len(boundary_of(disk)))
     turned, _ = craig_bampton(mass, stiffness, kept, len(others) - len(kept))
@@ -214,7 +214,7 @@ def _even(matrix: Floats) -> Floats:
     return np.asarray((matrix + matrix.T) / 2)
 
 
-def _basis(rotor: Rotor, eta: int, rotation: str) -> Floats:
+def whole_basis_of(rotor: Rotor, eta: int, rotation: str) -> Floats:
     """Return displacements of a disk's DoF, (d, n), for unit coordinates of its model.
 
     rotor, eta, rotation : as in `_undivided`, of a rotor with all its blades
@@ -225,6 +225,14 @@ def _basis(rotor: Rotor, eta: int, rotation: str) -> Floats:
         return whole_basis(disk, eta, added)
     near = _near(rotor, disk, eta)
     return basis_of(disk, boundary_of(disk), eta, added, near)
+
+
+def swing_at_rest(rotor: Rotor, eta: int) -> Floats:
+    """Return the load F_e of a rotor without terms of rotation, (n,), kg m.
+
+    rotor, eta : as for `rotor_model`
+    """
+    return np.asarray(rotation_of(rotor).swing @ whole_basis_of(rotor, eta, "none"))
 
 
 @lru_cache(maxsize=4)

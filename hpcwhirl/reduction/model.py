@@ -119,6 +119,15 @@ class Model:
         return {n: 2.0 / highest(b, speed, self.blades) for n, b in each.items()}
 
 
+def why_unknown(model: Model) -> str:
+    """Return why loads of a shaft do not follow from the motion; "" if they do."""
+    if not model.rotor.has_matrices:
+        return "of a file with modes only, what holds the rotor is unknown"
+    if not has_centre(model.rotor, model.blades):
+        return "a clamped centre has no supports"
+    return ""
+
+
 def highest(body: ModalModel, speed: float, blades: int) -> float:
     """Return the highest natural frequency of a body at a speed, rad/s.
 

@@ -120,6 +120,8 @@ class Spin:
         unknown
     hung : (2, n), kg, loads by a unit acceleration along x and y, of a shaft with mass,
         beyond those of a rigid translation of the rotor; None: 0
+    seats : (t, 2, n), displacements x, y of each of all t supports of a shaft line;
+        None: the rotor has none
     """
 
     coriolis: Floats
@@ -134,6 +136,7 @@ class Spin:
     released: Floats | None = None
     swing: Floats | None = None
     hung: Floats | None = None
+    seats: Floats | None = None
 
     @property
     def supports(self) -> tuple[supports.Support | supports.Bearing, ...]:
@@ -807,5 +810,6 @@ def on_mount(
     (hung,) = rows((mount.weight - mount.mass[0])[None])
     held = rows(mount.factor).reshape(-1, len(model.mass)) @ model.shapes
     material = inner if inner.any() else None
-    own = replace(spin, stations=stations, material=material, hung=hung)
+    seats = rows(mount.seats)
+    own = replace(spin, stations=stations, material=material, hung=hung, seats=seats)
     return replace(model, unheld=held, spin=own)

@@ -240,7 +240,8 @@ def translation(rotor: ModalModel, blades: int) -> Complexes:
     or y without strain: the static response to its centre, with the tilt held.
     """
     hub = 2 * blades + np.arange(2)
-    held = np.append(hub, rotor.terms.tilt).astype(np.intp)
+    tilt = rotor.spin.tilt if rotor.spin else ()
+    held = np.append(hub, tilt).astype(np.intp)
     free = np.setdiff1d(np.arange(len(rotor.mass)), held)
     moved = np.zeros((len(rotor.mass), 2))
     moved[hub] = np.eye(2)

@@ -123,6 +123,23 @@ class Support:
         """
         return self.stiffness + 1j * speed * self.damping
 
+    def force(self, place: complex, rate: complex) -> complex:
+        """Return the force on the rotor, F_x + i F_y, N, static frame.
+
+        place, rate : Z and Z' of the rotor there, m, m/s, static frame
+        """
+        force = -self.stiffness * place - self.damping * rate
+        force -= self.stiffness_apart * place.conjugate()
+        force -= self.damping_apart * rate.conjugate()
+        size = abs(place)
+        if self.film == 0.0 or size == 0.0:
+            return force
+        along, across = film_shares(size / self.clearance)
+        way = place / size
+        outward = (rate * way.conjugate()).real * way
+        more = (along - 1.0) * outward + (across - 1.0) * (rate - outward)
+        return force - self.film * more
+
     def stiffest(self, speed: float) -> float:
         """Return the stiffness against z in the direction in which it is largest, N/m.
 

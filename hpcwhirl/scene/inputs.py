@@ -90,6 +90,10 @@ class Output(Inputs):
         "and the casing; words do not depend on it")
     interval: Positive = given(2e-4, "s",
         "time between samples of the traces; words do not depend on it")
+    forces: Literal["none", "supports"] = given("none", "1",
+        "supports: read the motion at every interval, and keep from it the force of "
+        "each support on the rotor and the torque of the drive; always done if a blade "
+        "is lost; words do not depend on it")
     windows: int = given(20, "1",
         "number of windows of equal time into which a run whose speed or gap changes "
         "is divided; each window gets words by the same rules", ge=1, le=200)

@@ -164,11 +164,19 @@ OVER_SPEED: dict[str, Quantity] = {
     **_text("S4096", words_over_speed="words by windows: times, s, speeds, rad/s,"
              " regime, whirl; one interval after the other"),
 }  # fmt: skip
-# variables of campaigns in which a blade is lost; NaN: the shaft bends, or the run
-# ends before its first row of evidence
-LOST: dict[str, Quantity] = {
-    **_real("N", support_peak="largest force of the support on the shaft's centre"),
+# variables of campaigns in which loads of the shaft are read; NaN: the run ends before
+# its first sample, or the loads do not follow from the motion
+LOADS: dict[str, Quantity] = {
+    **_real("N", support_peak="largest force of a support on the rotor in any sample"),
     **_real("s", support_peak_time="time of support_peak"),
+    **_text("S64", support_peak_place="the support of support_peak"),
+    **_real("N m", torque_peak="largest magnitude of shaft_torque, the torque of the"
+             " drive, in any sample"),
+    **_text("S512", support_names="names of the supports, in their order in the trace"
+             " support_force"),
+}  # fmt: skip
+# variables of campaigns in which a blade is lost
+LOST: dict[str, Quantity] = {
     **_real("N m", friction_torque="mean torque of friction on the rotor in the run"),
     **_real("J", released_energy="kinetic energy of the blade as it leaves, without its"
              " vibration; 0 if none leaves in the run"),
@@ -256,8 +264,15 @@ TRACES: dict[str, Quantity] = {
         "components, one with its sign",
         axes=("blade", "place"),
     ),
-    "support": Quantity(
-        "N", "force of the support on the shaft's centre, static frame", axes=("xy",)
+    "support_force": Quantity(
+        "N",
+        "force of each support on the rotor, static frame",
+        axes=("bearing", "xy"),
+    ),
+    "shaft_torque": Quantity(
+        "N m",
+        "torque of the drive on the rotor, mean since the sample before, anticlockwise "
+        "> 0",
     ),
     "worn": Quantity(
         "m", "worn depth of each rod of the casing's layer", axes=("rod",)
@@ -325,6 +340,7 @@ AXES = {
     "time": Quantity("s", "time of the sample"),
     "sample": Quantity("1", "number of the sample"),
     "xy": Quantity("1", "0: X_o, 1: Y_o"),
+    "bearing": Quantity("1", "support of the rotor, in the order of support_names"),
     "blade": Quantity("1", "blade"),
     "chord": Quantity("1", "contact point of a tip, by its axial place"),
     "component": Quantity("1", "0: radial, 1: tangential"),

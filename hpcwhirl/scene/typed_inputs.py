@@ -124,6 +124,7 @@ class OutputInputs(TypedDict, total=False):
 
     traces: Literal["summary", "blades", "orbit", "full"]
     interval: Number
+    forces: Literal["none", "supports"]
     windows: int
     chaos: Number
 

@@ -10,7 +10,7 @@ rotation of a bladed disk (Coriolis, stiffening, softening) use the same element
 Shaft: a line of Timoshenko beams with disks, round in section, see `shaft`.
 """
 
-from hpcwhirl.structure.bladed_disk import blade_stiffness, bladed_disk
+from hpcwhirl.structure.bladed_disk import blade_stiffness, bladed_disk, polar_inertia
 from hpcwhirl.structure.elements import CyclicStructure
 from hpcwhirl.structure.fourier import (
     FourierOperator,
@@ -38,6 +38,7 @@ __all__ = [
     "blade_stiffness",
     "bladed_disk",
     "harmonic_matrices",
+    "polar_inertia",
     "ring",
     "rotation_of",
     "shell_matrices",

@@ -18,7 +18,8 @@ from hpcwhirl.structure.elements import (
     beam,
     turn,
 )
-from hpcwhirl.structure.mount import mount_of
+from hpcwhirl.structure.mount import mount_of, polar_of
+from hpcwhirl.structure.shaft import line_of
 
 NODE = 3  # DoF of a node: radial, tangential, rotation
 GHOST = 1e-6  # share of mass and of stiffness that a lost blade keeps in the model
@@ -171,3 +172,10 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
         mistuned=rotor.is_uneven,
         mount=mount,
     )
+
+
+def polar_inertia(rotor: Rotor) -> float:
+    """Return the polar moment of inertia of disk, blades and a shaft line, kg m^2."""
+    radii = np.linspace(rotor.disk_radius, rotor.radius, rotor.elements + 1)
+    disk = rotor.polar_inertia or polar_of(rotor, bladed_disk(rotor).mass, radii)
+    return disk + (line_of(rotor.shaft).polar if rotor.has_line else 0.0)

@@ -62,6 +62,7 @@ class Mount:
     supports : coefficients of these s forces; the stiffness k at their first speed is
         part of K
     weight : (1 + w,), kg, load of shaft and its disks by a unit acceleration
+    seats : (t, 1 + w), displacement of each of all t supports, constant springs too
     """
 
     mass: Floats
@@ -71,6 +72,7 @@ class Mount:
     rows: Floats
     supports: tuple[LineSupport, ...] = ()
     weight: Floats = field(default_factory=lambda: np.zeros(0))
+    seats: Floats = field(default_factory=lambda: NONE)
 
     @property
     def is_line(self) -> bool:
@@ -120,13 +122,7 @@ def mount_of(rotor: Rotor, mass: Floats, radii: Floats) -> Mount | None:
     """
     if rotor.shaft == "springs":
         return None
-    polar = rotor.polar_inertia
-    if polar == 0.0:
-        turned = np.zeros((len(radii), 3))
-        turned[:, 1], turned[:, 2] = radii, 1.0
-        shape = np.zeros(len(mass))
-        shape[: turned.size * rotor.blades] = np.tile(turned.ravel(), rotor.blades)
-        polar = float(shape @ mass @ shape)
+    polar = rotor.polar_inertia or polar_of(rotor, mass, radii)
     tilt = rotor.tilt_inertia or polar / 2
     if rotor.shaft in WORDS:
         k_11, k_12, k_22 = shaft_stiffness(rotor)
@@ -139,6 +135,18 @@ def mount_of(rotor: Rotor, mass: Floats, radii: Floats) -> Mount | None:
     held.mass[1, 1] += tilt
     held.gyro[1, 1] += polar
     return held
+
+
+def polar_of(rotor: Rotor, mass: Floats, radii: Floats) -> float:
+    """Return the polar moment of inertia of disk and blades, kg m^2.
+
+    rotor, mass, radii : as for `mount_of`
+    """
+    turned = np.zeros((len(radii), 3))
+    turned[:, 1], turned[:, 2] = radii, 1.0
+    shape = np.zeros(len(mass))
+    shape[: turned.size * rotor.blades] = np.tile(turned.ravel(), rotor.blades)
+    return float(shape @ mass @ shape)
 
 
 def reduced(line: ShaftLine, station: int, modes: int) -> Mount:
@@ -180,7 +188,8 @@ def reduced(line: ShaftLine, station: int, modes: int) -> Mount:
     moved = np.zeros(line.size)
     moved[: NODE * line.nodes : NODE] = 1.0  # pedestals are carried by their ground
     load = basis.T @ own.mass @ moved
-    return Mount(mass, gyro, held, damping, rows @ basis, tuple(acting), load)
+    seats = np.array([support.row(line.size) for support in line.supports]) @ basis
+    return Mount(mass, gyro, held, damping, rows @ basis, tuple(acting), load, seats)
 
 
 def _check_held(stiffness: Floats) -> None:

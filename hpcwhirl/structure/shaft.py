@@ -289,6 +289,17 @@ class ShaftLine:
         ]
         return float(sum(parts) + sum(disk.mass for disk in self.disks))
 
+    @property
+    def polar(self) -> float:
+        """Polar moment of inertia of shaft and disks, kg m^2."""
+        parts = [
+            sum(2 * w * tube.at(xi)[1] for xi, w in zip(POINTS, WEIGHTS, strict=True))
+            * tube.density
+            * tube.length
+            for tube in self.tubes
+        ]
+        return float(sum(parts) + sum(disk.polar for disk in self.disks))
+
 
 @dataclass(frozen=True, eq=False)
 class LineMatrices:

@@ -40,7 +40,8 @@ SHORT = {
 } | ALIKE
 CLOSES = 1e-9  # ledger error of a run, over its throughput
 MEETS = 1e-10  # gap error of a run
-UNKNOWN = {"support_peak", "support_peak_time"}  # NaN before a row of evidence
+# NaN before the first sample
+UNKNOWN = {"support_peak", "support_peak_time", "torque_peak"}
 SAME = 1e-6  # relative difference of what must be the same before chaos sets in
 
 

@@ -46,7 +46,8 @@ CHAOS = "output.chaos"
 ASIDE = {
     name: flatten(Scene())[name]
     for name in (
-        "solver.until", "solver.longest", "output.traces", "output.interval", CHAOS
+        "solver.until", "solver.longest", "output.traces", "output.interval", CHAOS,
+        "output.forces",
     )
 }  # fmt: skip
 BITS = 53  # number of bits in the significand of a double
@@ -227,6 +228,7 @@ class Twins(TwinsTable):
         """
         values, motion = flatten(scene), identity(scene, content)
         changed: dict[str, Any] = {"output.traces": "summary", CHAOS: 0.0}
+        changed["output.forces"] = "none"
         for name, spread in self.spread.items():
             factor = 1.0 + spread * draw(motion, number, name, self.seed)
             changed[name] = float(str(values[name])) * factor

@@ -10,8 +10,8 @@ model and step; `slot_waves` makes waves of them.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import NamedTuple
+from functools import lru_cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -345,18 +345,63 @@ def _modes_in_slots(body: ModalModel, blades: int) -> list[RingMode]:
     return out
 
 
+class _Places(NamedTuple):
+    """Where the modes of a body lie in slots, as arrays over its modes.
+
+    row, slot : (modes,), as in `RingMode`
+    first, second, paired : columns in the model of the first members, and of the second
+        ones of those modes that have two; which have
+    turn, harmonic : (modes,), factor of the amplitude: `_RotorMode.turn` or, of a ring,
+        `RingMode.sign`; h of a ring
+    """
+
+    row: Integers
+    slot: Integers
+    first: Integers
+    second: Integers
+    paired: Integers
+    turn: Any
+    harmonic: Integers
+
+
+def _places(modes: list[Any], turns: list[Any], harmonics: list[int]) -> _Places:
+    """Return the places of modes; turns, harmonics : one of each mode."""
+    members, whole = [mode.members for mode in modes], partial(np.array, dtype=np.int64)
+    paired = [i for i, both in enumerate(members) if len(both) > 1]
+    return _Places(
+        whole([mode.row for mode in modes]),
+        whole([mode.slot for mode in modes]),
+        whole([both[0] for both in members]),
+        whole([members[i][1] for i in paired]),
+        whole(paired),
+        np.array(turns),
+        whole(harmonics),
+    )
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _ring_places(body: ModalModel, blades: int) -> _Places:
+    modes = _modes_in_slots(body, blades)
+    return _places(modes, [m.sign for m in modes], [m.harmonic for m in modes])
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _rotor_places(model: Model) -> _Places:
+    modes = _rotor_modes(model)
+    return _places(modes, [m.turn for m in modes], [])
+
+
 def rotor_amplitudes(model: Model, values: Floats) -> Floats:
     """Return the rotor's modal amplitudes, (m,), from the kernel's complex ones.
 
     values : (2 rows slots,), re and im of these: row f has the f-th mode of each slot
         (nodal diameter)
     """
-    slots, _ = widths(model.blades)
+    slots, at = widths(model.blades)[0], _rotor_places(model)
     rotor = values.reshape(-1, 2, slots)
     q_b = np.zeros(len(model.rotor.omega))
-    for mode in _rotor_modes(model):
-        value = mode.turn * complex(*rotor[mode.row, :, mode.slot])
-        q_b[list(mode.members)] = (value.real, value.imag)[: len(mode.members)]
+    value = at.turn * (rotor[at.row, 0, at.slot] + 1j * rotor[at.row, 1, at.slot])
+    q_b[at.first], q_b[at.second] = value.real, value.imag[at.paired]
     return q_b
 
 
@@ -402,18 +447,14 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
         instants, rotating frame, with the contact forces of the last step applied
     angles : (n,), rad, Omega t, of the rotor at these instants
     """
-    slots, _ = widths(model.blades)
-    rows = states.shape[1] // (2 * slots)
-    ring = states.reshape(len(states), 2, rows, slots)  # there may be no states
-    places = ring_modes(model) if len(states) else []
     q = np.zeros((len(states), len(model.casing.omega) if model.casing else 0))
-    harmonics = {place.harmonic for place in places}
-    turns = {h: np.exp(-1j * h * angles) for h in harmonics}
-    for place in places:
-        re, im = ring[:, 0, place.row, place.slot], ring[:, 1, place.row, place.slot]
-        value = (re + 1j * place.sign * im) * turns[place.harmonic]
-        for member, part in zip(place.members, (value.real, -value.imag), strict=False):
-            q[:, member] = part
+    if model.casing is None or not len(states):
+        return q
+    slots, at = widths(model.blades)[0], _ring_places(model.casing, model.blades)
+    ring = states.reshape(len(states), 2, states.shape[1] // (2 * slots), slots)
+    re, im = ring[:, 0, at.row, at.slot], ring[:, 1, at.row, at.slot]
+    value = (re + 1j * at.turn * im) * np.exp(-1j * np.outer(angles, at.harmonic))
+    q[:, at.first], q[:, at.second] = value.real, -value.imag[:, at.paired]
     return q
 
 

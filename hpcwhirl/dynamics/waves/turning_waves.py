@@ -19,7 +19,7 @@ Hermitian forms of a.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.case.unbalance import circle, swing
 from hpcwhirl.dynamics.waves.wave_motion import WaveMotion
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.modes import SpinBlock
+from hpcwhirl.reduction.modes import ModalModel, SpinBlock
 from hpcwhirl.reduction.waves import diameter_matrices
 from hpcwhirl.scene import Scene
 
@@ -433,6 +433,10 @@ def _members(model: Model, k: int, phase: int) -> Indices:
 
     phase : 0 or 1, the first or the second mode of each pair
     """
-    body = model.rotor
+    return _members_of(model.rotor, k, phase)
+
+
+@lru_cache(maxsize=1024)  # read at every sample
+def _members_of(body: ModalModel, k: int, phase: int) -> Indices:
     members = np.flatnonzero((body.diameter == k) & (body.phase == phase))
     return members[np.argsort(body.rank[members])]

@@ -11,5 +11,6 @@ regimes; `growth`, growth rates as measured and by linear theory, and the work o
 friction and of transport over the losses. Figures of a case: `orbit`, `section`,
 `ledger` (energy, losses, work of friction and of transport over time), `contributions`
 (q_k of 1F, 2F and suspension, k = 0 ... N/2, m sqrt(kg)), `contacts` (which blade,
-where on the casing, when, with what impulse).
+where on the casing, when, with what impulse), `loads` (force of each support and
+torque of the drive over time).
 """

@@ -16,6 +16,7 @@ from hpcwhirl.report.canvas import in_defaults, part_of_name, save, tell_in_unit
 from hpcwhirl.report.figures import (
     coexisting,
     frequencies,
+    loads,
     motions,
     shapes,
     sweeps,
@@ -32,9 +33,10 @@ from hpcwhirl.studies.branches import aside_of, bundles_of
 MOST_CASES = 12
 # traces that only `traces = "full"` keeps
 FULL = {"casing", "tips", "blade_impulse", "point_impulse", "stress", "worn"}
-SPECIAL = {  # {trace: message on what the trace needs in addition to `traces = "full"`}
+SPECIAL = {  # {trace: message on what the trace needs in addition to `traces`}
     "point_impulse": "needs an engine.file with several contact points per tip",
-    "stress": "needs an engine.file with rotor/stress, and a scheme other than exact",
+    "support_force": "needs output.forces = supports",
+    "stress": "needs an engine.file with rotor/stress",
     "worn": "needs a layer that wears: engine.casing.contact_law",
 }
 
@@ -105,6 +107,7 @@ KINDS = {
     "chord": Kind(tips.draw_chord, ("point_impulse",), "case", asked=True),
     "tips": Kind(tips.draw_tips, ("tips",), "case"),
     "stress": Kind(tips.draw_stress, ("stress",), "case", asked=True),
+    "loads": Kind(loads.draw_loads, ("support_force",), "case", asked=True),
     "waterfall": Kind(sweeps.draw_waterfall, ("centre",), "case", speed="changing"),
     "wear": Kind(tips.draw_wear, ("worn",), "case", asked=True),
     "motion": Kind(wheel.draw_strip, NEEDED, "case", asked=True, film=".gif"),
@@ -211,10 +214,11 @@ def _lacking(results: Results, kind: Kind) -> str:
     lacking = [name for name in kind.needs if name not in results.kept]
     if not lacking:
         return ""
-    if len(lacking) == 1 and lacking[0] in SPECIAL:
-        full = "" if "tips" in results.kept else "; and traces = full"
-        return SPECIAL[lacking[0]] + full
     level = _level(lacking)
+    if len(lacking) == 1 and lacking[0] in SPECIAL:
+        sign = "tips" if level == "full" else "centre"
+        more = "" if sign in results.kept else f"; and traces = {level}"
+        return SPECIAL[lacking[0]] + more
     return f"needs traces = {level}; the campaign did not keep {', '.join(lacking)}"
 
 

@@ -13,6 +13,7 @@ from hpcwhirl.scene.quantities import (
     BLADES,
     CHAOS,
     ESTIMATED,
+    LOADS,
     LOST,
     OVER_SPEED,
     SLIPPED,
@@ -30,6 +31,7 @@ ESTIMATE, NO_ESTIMATE = "solver.estimate", "none"
 SLIP = "slip"
 LAW = "engine.casing.contact_law"
 BLADE = "engine.rotor.lost_blade"
+FORCES = "output.forces"
 # Entries of a row that mistuning leaves unchanged.
 MODEL = ("modes", "time_step", "scheme")
 LOOKED_AT = {"blades", "full"}
@@ -53,7 +55,8 @@ def measured_of(plan: Manifest) -> dict[str, Quantity]:
 def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
     """Return the variables that a plan's inputs ask for, {variable: unit, meaning}.
 
-    These are numbers of blades, chaos, estimates, changing speed, a lost blade, wear.
+    These are numbers of blades, chaos, estimates, changing speed, loads of the shaft, a
+    lost blade, wear.
     """
     found: dict[str, Quantity] = {}
     if details_of(plan) & LOOKED_AT:
@@ -61,7 +64,9 @@ def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
     found |= CHAOS if any(plan.values(MEASURED, 0.0)) else {}
     found |= ESTIMATED if {*plan.values(ESTIMATE, NO_ESTIMATE)} - {NO_ESTIMATE} else {}
     found |= OVER_SPEED if changes_in_time(plan) else {}
-    found |= LOST if {*plan.values(BLADE, NO_BLADE)} - {NO_BLADE} else {}
+    loses = {*plan.values(BLADE, NO_BLADE)} - {NO_BLADE}
+    found |= LOADS if loses or {*plan.values(FORCES, "none")} - {"none"} else {}
+    found |= LOST if loses else {}
     found |= SLIPPED if {*plan.values(SLIP, PERMANENT)} - {PERMANENT} else {}
     return found | (WORN if {*plan.values(LAW, RIGID)} - {RIGID} else {})
 
