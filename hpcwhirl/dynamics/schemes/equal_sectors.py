@@ -69,8 +69,8 @@ from hpcwhirl.dynamics.waves.free_waves import free_slots
 from hpcwhirl.dynamics.waves.mode_waves import mode_waves
 from hpcwhirl.dynamics.waves.point_supports import NO_SLOT, slot_support
 from hpcwhirl.dynamics.waves.slot_slides import (
-    Body,
     Further,
+    Rubbed,
     aside_of,
     drag_of_diameters,
     drag_of_modes,
@@ -469,7 +469,7 @@ class EqualWaves(Integrator):
         if self.beside is not None:
             items = ring_table(model, step, flies=flies)[0]
             beside = drag_of_modes(items, self.beside.steps)
-        bodies = Body(waves, own), Body(self.ring, beside)
+        bodies = Rubbed(waves, own), Rubbed(self.ring, beside)
         return slot_slides(model, scene, bodies, self.at, Further(swirls, aside))
 
     def _own_rows(self, model: Model, scene: Scene, beat: int) -> SlotRows | FlowRows:

@@ -118,7 +118,7 @@ def no_drag(k: int) -> SlotDrag:
 
 
 @dataclass(frozen=True)
-class Body:
+class Rubbed:
     """The waves of a body, and what forces along theta do to them."""
 
     waves: SlotWaves
@@ -156,7 +156,7 @@ def no_slides(blades: int, step: float) -> SlotSlides:
 def slot_slides(
     model: Model,
     scene: Scene,
-    bodies: tuple[Body, Body],
+    bodies: tuple[Rubbed, Rubbed],
     places: SlotPlaces,
     further: Further,
 ) -> SlotSlides:
