@@ -202,7 +202,7 @@ def coulomb_law(
 ) -> Coulomb:
     """Return the law of set-valued friction of a scene.
 
-    rotor, ring : responses, see `kernel_types.Coulomb`
+    rotor, ring : responses, see `kernels.kernel_types.Coulomb`
     folds : number of sectors, of which one is integrated, at so many times the speed
     """
     decay = 0.0 if scene.friction_law == "constant" else scene.friction_speed
