@@ -491,7 +491,7 @@ class DrivenSlots:
         return swirl, swirls
 
     def aside(self) -> tuple[Integers, Integers, Complexes]:
-        """Return `SlotSlides.at`, `slot` and `aside`, of the motion without contact."""
+        """Return `at`, `slot`, `aside` of `SlotSlides`, of motion without contact."""
         slides = [np.zeros((3, 0), complex)]
         for more, (i, b) in zip(self._forces(), self._driven, strict=True):
             waves = self.waves[i]

@@ -199,7 +199,7 @@ def slot_slides(
 
 
 def _response(blades: int, response: Complexes) -> Floats:
-    """Return the response (2 N, 2 N), m/N, as `kernel_types.Coulomb` has it."""
+    """Return the response (2 N, 2 N), m/N, as `kernels.kernel_types.Coulomb` has it."""
     waves: Any = blade_waves(blades)
     used = response[:, :, : waves.shape[1]]
     columns = (used @ waves.T).real
