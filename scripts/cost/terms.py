@@ -42,6 +42,11 @@ FILM = {
     "film_viscosity": 0.01, "film_length": 0.03, "film_radius": 0.05,
     "film_clearance": 2e-4,
 }  # fmt: skip
+JOURNAL = {
+    "journal_viscosity": 0.02, "journal_length": 0.06, "journal_radius": 0.1,
+    "journal_clearance": 2e-4,
+}  # fmt: skip
+BALLS = {"rolling_stiffness": 1e10, "rolling_balls": 9, "rolling_clearance": 1e-5}
 JOB = tomllib.loads((ROOT / "jobs/three_bearings.toml").read_text(encoding="utf-8"))
 SHAFT = {k: v for k, v in JOB["engine"]["shaft"].items() if k != "station"}
 
@@ -70,6 +75,8 @@ TERMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "film, unbalance": (FULL | {"unbalance": 2e-4}, FILM),
     "shaft": (FULL, LINE),
     "shaft, one film": (FULL, line(FILM)),
+    "shaft, one journal": (FULL | {"gravity": 9.81}, line(JOURNAL)),
+    "shaft, one rolling": (FULL | {"gravity": 9.81}, line(BALLS)),
     "shaft, film, unlike supports": (FULL, line(FILM, APART, APART)),
     "shaft, film, mistuned": (FULL | UNEVEN, line(FILM)),
     "shaft, no modes": (FULL, LINE | {"shaft_modes": 0}),

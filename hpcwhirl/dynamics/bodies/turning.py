@@ -64,6 +64,7 @@ from hpcwhirl.reduction.waves import turning_matrices
 from hpcwhirl.scene import Scene
 
 EPSILON = float(np.finfo(float).eps)
+ROUNDS = 30  # of the iteration for the half of a journal's film that carries
 
 
 def circling_modes(body: Body, model: Model, scene: Scene) -> Body:
@@ -423,13 +424,34 @@ def included_in(stand: Stand, x: Floats, v: Floats, angle: float = 0.0) -> Float
 def forces_at(stand: Stand, x: Floats, v: Floats, angle: float) -> Floats:
     """Return the supports' forces at known velocities, (2 s,), N, rotating frame.
 
+    In a step the velocities without these forces determine which half of a journal's
+    film carries: they are found by iteration.
+
     stand, x, v, angle : as in `included_in`
+    """
+    push = _forces(stand, x, v, v, angle)
+    if not (stand.bearings.kind == JOURNAL).any():
+        return push
+    for _ in range(ROUNDS):
+        last, free = push, v - _gained(stand, push)
+        push = _forces(stand, x, v, free, angle)
+        if np.array_equal(push, last):
+            break
+    return push
+
+
+def _forces(stand: Stand, x: Floats, v: Floats, free: Floats, angle: float) -> Floats:
+    """Return the supports' forces, (2 s,), N, by velocities with and without them.
+
+    stand, x, v, angle : as in `included_in`; free : (n,), without them
     """
     when, push, size = _when(angle), np.zeros(len(stand.hub)), len(x)
     for p in range(len(stand.film)):
-        place, moving = (at_support(stand.hub, p, row, 0, size) for row in (x, v))
-        held, even, drift = terms_at(stand, p, place, moving, when)
-        force = -held - even * moving - drift * moving.conjugate()
+        place, rate, before = (
+            at_support(stand.hub, p, row, 0, size) for row in (x, v, free)
+        )
+        held, even, drift = terms_at(stand, p, place, before, when)
+        force = -held - even * rate - drift * rate.conjugate()
         push[2 * p], push[2 * p + 1] = force.real, force.imag
     return push
 
