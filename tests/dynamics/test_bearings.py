@@ -1,7 +1,7 @@
 """Journal and rolling bearings of a shaft: loads, threshold of whirl, ball passing.
 
 A rotor of mass m is carried by two bearings, W = m g / 2 each. The threshold of oil
-whirl is that of a rigid rotor on coefficients of a short bearing (J. Lund; D. Childs,
+whirl is that of a rigid rotor on coefficients of a short bearing (J. Lund;
 Turbomachinery Rotordynamics, 1993, ch. 3), Q = (pi^2 (1 - eps^2) + 16 eps^2)^{-3/2}.
 """
 
