@@ -3,7 +3,7 @@
 As for equal sectors (`slot_slides`) a step is solved with permanent sliding first. If
 that breaks Coulomb's law, normal forces and friction tau are found together. Waves have
 friction mu lambda with the multipliers; the rest, tau - mu lambda, is a force along
-theta for each point, the last of the step's forces, `PointRows.opens`.
+theta for each point, the last of the step's forces of `wave_types.PointRows`.
 """
 
 from __future__ import annotations

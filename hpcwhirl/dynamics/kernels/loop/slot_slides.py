@@ -63,7 +63,7 @@ def is_loose(slides):
 def add_by(fixed, kind, k, force, out):
     """Add to a spectrum (2 k,) what a spectrum of forces, (2 k,), N, changes of it.
 
-    fixed, kind : `SlotSlides.fixed`, and the row of it
+    fixed, kind : `wave_types.SlotSlides.fixed`, and the row of it
     """
     at = 2 * k * kind
     for c in range(0, k, FOUR):
@@ -108,7 +108,9 @@ def read_slides(rows, items, q, out):
 
 @part
 def add_aside(slides, q, k, now, then, out):
-    """Add slides of the motion without contact, `SlotSlides.aside`, to a spectrum.
+    """Add slides of the motion without contact to a spectrum.
+
+    They are those of `wave_types.SlotSlides.aside`.
 
     now, then : how often that of this step, and that of the step before
     out : (2 k,), m, in and out
