@@ -23,6 +23,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.unbalance import share_at_start
 from hpcwhirl.dynamics.history import Evidence
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.waves import driven_slots
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.waves import largest_growth, tip_growth, turning_matrices
 from hpcwhirl.scene import Scene, apply_settings
@@ -98,6 +99,21 @@ def test_a_speed_that_hardly_changes_is_a_constant_one(kind):
     size = np.abs(held.centre).max()
     assert np.abs(moving.centre - held.centre).max() < 1e-9 * size
     assert moving.contacts == held.contacts > 0
+
+
+def test_coefficients_that_another_run_has_made_give_the_same_bits():
+    given = KINDS["apart"] | {"duration": 0.01, "traces": "blades"}
+    driven_slots._kept.clear()
+    alone = march_of(**given).run()
+    made = len(driven_slots._kept)
+    wide = march_of(**given | {"gap": 4e-4}).run()  # the same speeds
+    assert len(driven_slots._kept) == made > 1
+    again = march_of(**given).run()
+    assert np.array_equal(again.tips, alone.tips)
+    assert not np.array_equal(wide.tips, alone.tips)
+    other = march_of(**given | {"friction": 0.2}).run()  # others of contact
+    assert len(driven_slots._kept) > made
+    assert not np.array_equal(other.tips, alone.tips)
 
 
 @pytest.mark.parametrize("blades", [{}, UNEQUAL], ids=["equal", "unequal"])

@@ -13,13 +13,16 @@ and weight drive (`bodies.varying`). Both have waves of the same shapes: those o
 integrated as at a constant speed; those of r, on the few nodal diameters that f_0
 moves, are a term of the loop, `kernels.loop.wave_types.SlotDrive`.
 
-Waves are computed for all nodal diameters with the same number of modes at once.
+Waves are computed for all nodal diameters with the same number of modes at once, and
+kept with all coefficients that follow from them: the next run of the same rotor through
+the same speeds, as of another gap, only copies these.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections import OrderedDict
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -142,8 +145,52 @@ class _Waves:
         return np.asarray((self.inverse[which] @ both)[..., 0])
 
 
+ARRAYS = [one.name for one in fields(_Waves)][:-1]
+
+
 def _back(matrix: Complexes) -> Complexes:
     return np.asarray(matrix.conj().swapaxes(-2, -1))
+
+
+class _Prepared(NamedTuple):
+    """What follows from the speed and its rate, for all runs of a rotor.
+
+    Attributes
+    ----------
+    waves : as in `DrivenSlots`
+    rows : values of the rotor's coefficients in `SlotRows`, by names of its tables
+    opens : (k,), m/N, the rotor's part of the opening by a unit spectrum
+    drive : the kernel's arrays of the motion r
+    hub : result of `DrivenSlots.hub`
+    moved : (2 s, m), increments of the modes by unit forces on the supports
+    """
+
+    waves: list[_Waves]
+    rows: dict[str, Floats]
+    opens: Complexes
+    drive: SlotDrive
+    hub: tuple[Integers, Complexes]
+    moved: Floats
+
+    @property
+    def size(self) -> int:
+        """Bytes of all arrays."""
+        waves = [getattr(one, name) for one in self.waves for name in ARRAYS]
+        few = self.opens, *self.hub, self.moved
+        each = *waves, *self.rows.values(), *few, *self.drive
+        return sum(int(getattr(array, "nbytes", 0)) for array in each)
+
+
+MOST_BYTES = 2**25  # of all that is kept
+_kept: OrderedDict[Any, _Prepared] = OrderedDict()
+
+
+def _keep(key: Any, made: _Prepared) -> None:
+    """Keep coefficients; forget those not used for longest beyond `MOST_BYTES`."""
+    _kept[key] = made
+    room = MOST_BYTES - sum(one.size for one in _kept.values())
+    while room < 0:
+        room += _kept.popitem(last=False)[1].size
 
 
 class _Terms(NamedTuple):
@@ -214,14 +261,16 @@ def _waves(own: _Alike, terms: _Terms, step: float) -> _Waves:
 class DrivenSlots:
     """A rotor of equal sectors at a changing speed: its waves in any interval.
 
-    rows : the kernel's coefficients, of which `put_rows` changes those of the rotor
+    rows : the kernel's coefficients, of which `turn` changes those of the rotor
     ring : waves of the casing
 
     Attributes
     ----------
     pace : of the interval whose waves these are
     waves : of the nodal diameters with the same number of modes, in turn
-    pushes : what unit multipliers change of these, see `_push`
+    now : what follows from the pace
+    tables : indices of the rotor's coefficients in tables of `SlotRows`, by their names
+    stand : the supports' arrays, which are those of the pace
     """
 
     def __init__(
@@ -244,7 +293,15 @@ class DrivenSlots:
         self.moved = [
             n for n, p in enumerate(pieces) if modes_of(model, p.k, moves).any()
         ]
-        self.first, self.summed = at.rows * PART, list[Complexes]()
+        self.first = at.rows * PART
+        self.waves, self.pushes = list[_Waves](), list[Any]()
+        self.summed = list[Complexes]()
+        self.tables = _tables_of(self.alike)
+        self.key = (
+            model.rotor, model.blades, at.rotor.tobytes(), at.ring.tobytes(), self.step,
+            self.mu, scene.unbalance, scene.unbalance_phase, scene.gravity,
+            scene.gravity_angle,
+        )  # fmt: skip
         hub = unlike_rows(model, model.rotor.shapes)
         self.stand = driven_standing(model, hub, self.step)
         self.ring = ring.opens, ring.slides
@@ -298,11 +355,49 @@ class DrivenSlots:
         return np.array(found).T
 
     def turn(self, pace: Pace) -> None:
-        """Change the waves to those of an interval.
+        """Change waves, coefficients and supports to those of an interval."""
+        self.pace, key = pace, (*self.key, pace)
+        if key in _kept:
+            _kept.move_to_end(key)
+            self._recall(_kept[key])
+            return
+        self._find_waves(pace)
+        opens, drive = self._put_all_rows(), self._drive()
+        rows = {name: getattr(self.rows, name)[at] for name, at in self.tables.items()}
+        moved = self.stand.moved.copy()
+        self.now = _Prepared(self.waves, rows, opens, drive, self._hub(), moved)
+        _keep(key, self.now)
+        self._add_ring()
+
+    def _recall(self, made: _Prepared) -> None:
+        """Change waves, coefficients and supports to those that were kept."""
+        self.now, self.waves = made, made.waves
+        for name, at in self.tables.items():
+            getattr(self.rows, name)[at] = made.rows[name]
+        set_standing(self.model, self.stand, self.pace.speed, made.moved)
+        self._add_ring()
+
+    def _add_ring(self) -> None:
+        """Add the casing's part to coefficients of a unit spectrum of multipliers."""
+        for own in self.alike:
+            at = own.fixed + 4 * FOUR
+            self.rows.fixed[at] += self.ring[1][own.k].real
+            self.rows.fixed[at + FOUR] += self.ring[1][own.k].imag
+
+    def put_rows(self) -> Floats:
+        """Return column 0 of the Delassus matrix, (N,); `turn` has put the rows."""
+        opens, blades = self.ring[0] + self.now.opens, self.model.blades
+        return np.asarray((blade_waves(blades) @ opens[: blades // 2 + 1]).real)
+
+    def hub(self) -> tuple[Integers, Complexes]:
+        """Return the waves of y that move the centre, and z_o of each."""
+        return self.now.hub
+
+    def _find_waves(self, pace: Pace) -> None:
+        """Compute the waves of an interval.
 
         Where two waves nearly coincide, they are those of a speed beside it.
         """
-        self.pace = pace
         for shift in SHIFTS:
             near = Pace(pace.speed * (1.0 + shift), pace.rate)
             self.waves = [
@@ -446,6 +541,17 @@ class DrivenSlots:
         set_standing(self.model, self.stand, self.pace.speed, np.array(rows))
 
     def drive(self) -> SlotDrive:
+        """Return a copy of the kernel's arrays of the motion r, and of the work on y.
+
+        The supports in it are those of this rotor.
+        """
+        parts = [np.copy(part) if isinstance(part, np.ndarray) else part
+                 for part in self.now.drive]  # fmt: skip
+        held = [np.copy(part) if isinstance(part, np.ndarray) else part
+                for part in self.now.drive.held]  # fmt: skip
+        return SlotDrive._make([*parts[:-1], SlotHeld._make([*held[:-1], self.stand])])
+
+    def _drive(self) -> SlotDrive:
         """Return the kernel's arrays of the motion r, and of the work on y."""
         works = self._works()
         beyond = self._weight(), self._held()
@@ -526,14 +632,13 @@ class DrivenSlots:
         both = np.concatenate([more, more], axis=1)
         return more, (waves.inverse @ both)[:, :, 0]
 
-    def put_rows(self) -> Floats:
-        """Write the rotor's coefficients of the interval; return the column of W."""
-        opens, blades = self.ring[0] + 0j, self.model.blades
+    def _put_all_rows(self) -> Complexes:
+        """Write the rotor's coefficients of the interval; return `_Prepared.opens`."""
+        opens = 0j * self.ring[0]
         each = zip(self.alike, self.waves, self.pushes, strict=True)
         for own, waves, pushes in each:
             opens[own.k] += self._put_rows(own, waves, *pushes)
-        column = blade_waves(blades) @ opens[: blades // 2 + 1]
-        return np.asarray(column.real)
+        return np.asarray(opens)
 
     def _put_rows(
         self, own: _Alike, waves: _Waves, more: Complexes, push: Complexes
@@ -552,12 +657,12 @@ class DrivenSlots:
         _put(rows.pushed, own.pushed + 2 * FOUR, push)
         _put(rows.along, own.beside, seen[:, 1])
         _put(rows.fixed, own.fixed, opened)
-        slides = (along @ more)[:, 0, 0] + self.ring[1][own.k]
+        slides = (along @ more)[:, 0, 0]
         _put(rows.fixed, own.fixed + 4 * FOUR, slides)
         _put_form(rows.energy, own, waves.energy)
         return np.asarray(opened)
 
-    def hub(self) -> tuple[Integers, Complexes]:
+    def _hub(self) -> tuple[Integers, Complexes]:
         """Return the waves of y that move the centre, and z_o of each."""
         index, moved = [NOWHERE], [np.zeros(0, complex)]
         for own, waves in zip(self.alike, self.waves, strict=True):
@@ -629,6 +734,23 @@ def _put_swirl(
     given = push.conj()[:, None] @ summed
     _put(swirl, own.beside, 2.0 * given[:, 0])
     swirls[own.k] = (given @ push[:, :, None])[:, 0, 0].real
+
+
+def _tables_of(alike: list[_Alike]) -> dict[str, Integers]:
+    """Return indices of the rotor's coefficients in tables of `SlotRows`, by name."""
+    items = {
+        "free": ("free", (0, 1, 2)), "pushed": ("pushed", (0, 1, 2, 3)),
+        "along": ("beside", (0, 1)), "fixed": ("fixed", (0, 1, 4, 5)),
+    }  # fmt: skip
+    found = {
+        name: [getattr(own, field) + FOUR * n for own in alike for n in each]
+        for name, (field, each) in items.items()
+    }
+    found["energy"] = [own.pairs[3] + FOUR * n for own in alike for n in (0, 1)]
+    return {
+        name: np.concatenate([np.ravel(part) for part in parts])
+        for name, parts in found.items()
+    }
 
 
 def hub_of(z: Complexes) -> Floats:
