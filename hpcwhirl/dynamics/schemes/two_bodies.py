@@ -14,7 +14,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.case.unbalance import share_at_start, steady_start
+from hpcwhirl.case.unbalance import steady_start
 from hpcwhirl.dynamics.bodies.motion import (
     CentralSteps,
     Motion,
@@ -206,23 +206,22 @@ class TwoBodies(Integrator):
         """Set the state so that an unbalanced rotor starts on its circle.
 
         The circle, the motion without contact, may have to be scaled down at the start,
-        see `case.unbalance`. Then the energy of the motion about it is entered in the
-        ledger as work of the loading.
+        see `case.unbalance`, and in a journal bearing it is one of the linearised film.
+        The energy of the motion about it is entered in the ledger as work of the
+        loading.
 
         own, rises : (m,), the rotor's coordinates at time 0, and their increments in
             the step before. The state's further coordinates, which represent the circle
             (`dynamics.bodies.turning`), are set here, too
         """
         model, scene, state, m = self.model, self.scene, self.state, len(own)
-        share = share_at_start(model, scene)
         outward = steady_start(model, scene)[0][model.places[0]]
         state.q_b[:m], state.d_b[:m] = own, rises
         if m < len(state.q_b):
             state.q_b[m:], state.d_b[m:] = amplitudes_at(0, model, scene)
         for gaps in (state.gaps, state.older):
             gaps[:] = model.clearances(scene.gap) - outward
-        if share < 1.0:
-            state.ledger[PULSE] = self.balance(state).energy
+        state.ledger[PULSE] = self.balance(state).energy
 
     def carry(self, old: Integrator, steps: int) -> None:
         """Continue the motion of the rotor before it lost a blade.
