@@ -123,7 +123,7 @@ def _by_diameter(model: ModalModel, spin: Spin, speed: float) -> list[WaveLine]:
     lines = []
     for piece in spin.waves:
         names = family_ranks(model, piece.k)
-        roots = wave_roots(model, piece, speed)
+        roots = _by_orbits(model, piece, speed, wave_roots(model, piece, speed))
         if piece.k == 0:
             roots = roots[: len(roots) // 2]  # s and its conjugate are one motion
         for place, root in enumerate(roots):
@@ -160,6 +160,35 @@ def wave_roots(model: ModalModel, piece: SpinBlock, speed: float) -> Complexes:
     return _apart(pair, unlike_waves(own, piece), speed, roots)
 
 
+def _by_orbits(
+    model: ModalModel, piece: SpinBlock, speed: float, roots: Complexes
+) -> Complexes:
+    """Return roots s, each of the wave in whose sense the motion mostly turns.
+
+    On supports that differ by direction a free motion is elliptic: two waves, Y e^{s t}
+    and conj(X e^{s t}) in the static frame. The larger one by mass is meant; `roots`
+    stay where both are alike, as without rotation and damping, or do not turn.
+
+    model, piece, speed, roots : as for `wave_roots`, and its result
+    """
+    own = model.spin
+    if own is None or own.is_round or not piece.hub.any():
+        return roots
+    gyro, damping, stiffness, push = diameter_matrices(model, piece, speed)
+    pair = damping + gyro, stiffness + push
+    matrices = coupled_by_supports(pair, unlike_waves(own, piece), speed)
+    values, shapes = np.linalg.eig(_companion(*matrices))
+    size = np.abs(shapes[: 2 * len(piece.omega)].reshape(2, -1, len(values))) ** 2
+    more, less = size.sum(axis=1)
+    still = roots - 1j * speed
+    upper = np.where(still.imag > 0.0, still, still.conj())
+    at = np.abs(values - upper[:, None]).argmin(axis=1)
+    lean = (more - less)[at] / (more + less)[at]
+    turned = np.where(lean > 0.0, upper, upper.conj())
+    clear = (np.abs(lean) > ALIKE) & (upper.imag > ALIKE * np.abs(upper))
+    return np.asarray(np.where(clear, turned, still) + 1j * speed)
+
+
 def _apart(
     matrices: tuple[Complexes, Complexes],
     apart: Unlike,
@@ -173,8 +202,8 @@ def _apart(
     [s^2 + s (G + 2 i Omega) + K + i Omega G - Omega^2] Y = -conj(k_d + s c_d) X
 
     at each support, and the conjugate equation: each pair of roots s, conj(s) is an
-    elliptic motion. It gets the name and sense (forward or backward) of the wave on the
-    mean supports with the nearest frequency.
+    elliptic motion. It gets the name and place (forward or backward) of the wave on the
+    mean supports with the nearest frequency; `_by_orbits` tells how it turns.
 
     Parameters
     ----------
@@ -282,12 +311,22 @@ def quadratic_roots(
 
     damping, stiffness : D, 1/s, K, 1/s^2, (..., n, n)
     """
+    return np.asarray(np.linalg.eigvals(_companion(damping, stiffness)))
+
+
+def _companion(
+    damping: Complexes | Floats, stiffness: Complexes | Floats
+) -> Complexes | Floats:
+    """Return the companion matrix of `quadratic_roots`, (..., 2 n, 2 n).
+
+    Its vectors are displacements, then velocities in units of sqrt(K).
+    """
     n = stiffness.shape[-1]
     scale = np.sqrt(np.linalg.norm(stiffness, axis=(-2, -1), keepdims=True))
     same = np.broadcast_to(np.eye(n), stiffness.shape)
     top = np.concatenate([0.0 * same, scale * same], axis=-1)
     low = np.concatenate([-stiffness / scale, -damping], axis=-1)
-    return np.asarray(np.linalg.eigvals(np.concatenate([top, low], axis=-2)))
+    return np.asarray(np.concatenate([top, low], axis=-2))
 
 
 def turning_matrices(

@@ -20,6 +20,7 @@ from hpcwhirl.dynamics.kernels.standing import rolling_force
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.steady import translation
+from hpcwhirl.reduction.waves import wave_lines
 from hpcwhirl.scene.shaft_tables import text_of
 
 OIL, LENGTH, RADIUS, CLEARANCE = 0.01, 0.03, 0.05, 1e-4
@@ -219,6 +220,16 @@ def test_what_is_no_bearing_is_refused_in_one_line(bearing, told):
         line({"station": 0, **bearing})
     assert told in str(failed.value)
     assert "\n" not in str(failed.value)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_oil_whirl_turns_forward_at_half_the_speed(way):
+    # of all that acts in a film only its cross coupling feeds a motion, a forward one
+    case = resolve(on_both(JOURNAL, speed=way * 1500.0))
+    lines = wave_lines(case.model.rotor, 8, case.given.speed)
+    growing = [one for one in lines if one.nodal_diameter == 1 and one.growth > 0.0]
+    assert growing
+    assert all(0.3 < line.static / 1500.0 < 0.6 for line in growing)
 
 
 def test_a_run_up_in_journal_bearings_is_refused():
