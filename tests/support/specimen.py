@@ -30,7 +30,8 @@ def traces(case, interval):
     made = {"time": (1 + np.arange(n)) * interval}
     for name, told in TRACES.items():
         sizes = {"blade": BLADES[case], "xy": 2, "component": 2, "phase": 2}
-        sizes |= {"harmonic": HARMONICS[case], "chord": 3, "rod": 5, "place": 4}
+        sizes |= {"harmonic": HARMONICS[case], "chord": 3, "rod": 5}
+        sizes |= {"place": 4, "bearing": 2}
         made[name] = random.normal(size=(n, *(sizes[axis] for axis in told.axes)))
     return made
 
