@@ -336,7 +336,7 @@ def driven(body: Body, rotor: DrivenRotor) -> Body:
         np.ascontiguousarray(np.hstack([rows, rows[:, rotor.alike]]))
         for rows in (body.radial, body.tangential)
     )
-    force, work = np.zeros((2, int(starts[-1])))
+    force = np.zeros(int(starts[-1]))
     hub = np.hstack([rotor.held, rotor.held[:, rotor.alike]])
     return body._replace(
         stand=driven_standing(rotor.model, hub, rotor.scene.solver.time_step),
@@ -348,7 +348,6 @@ def driven(body: Body, rotor: DrivenRotor) -> Body:
         radial=radial,
         tangential=tangential,
         force=force,
-        work=work,
         alike=rotor.alike,
         blocks=len(body.starts) - 1,
     )

@@ -574,7 +574,6 @@ class Body(NamedTuple):
         of the first modes; (0,) at constant speed
     weight : (2, n), the same by gravity, by cos and sin of the rotor's angle; (2, 0) at
         constant speed
-    work : (n,), N/sqrt(kg), work space for the forces of the present step
     alike : (n - own,), for each further mode, the index of the same mode among the
         first `own`
     blocks : b, number of blocks of the coordinates that contact moves
@@ -597,6 +596,5 @@ class Body(NamedTuple):
     swerve: Floats = NOTHING
     force: Floats = NOTHING
     weight: Floats = WEIGHTLESS
-    work: Floats = NOTHING
     alike: Integers = NO_MODES
     blocks: int = 0

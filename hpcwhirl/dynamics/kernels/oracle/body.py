@@ -199,8 +199,7 @@ def stand(body, motion, angle, force):
 
     The increments that these forces cause are added to motion.ahead and .following. The
     supports are those that differ by direction or have a film. The force -(dOmega/dt) C
-    q_n is part of `predict`; that on y, whose work is entered later, is written to
-    body.work.
+    q_n is part of `predict`.
 
     body, motion : the rotor; its `Motion`
     angle : rad, of the rotor at the present step
@@ -212,8 +211,6 @@ def stand(body, motion, angle, force):
         standing.stand(body, motion, angle, force)
         return
     q, _, _, ahead, following, _, _ = motion
-    body.work[:] = 0.0
-    apply_blocks(body.swerve, body.starts[: body.blocks + 1], q, -1.0, body.work)
     along, across = math.cos(angle), math.sin(angle)
     for m in range(body.own, len(q)):
         change = along * body.weight[0, m] + across * body.weight[1, m]
@@ -229,15 +226,20 @@ def yielded(body, motion, force, ledger):
 
     `stand` has added the increments that these forces cause. The work of supports is
     subtracted from the body's loss; that of a changing speed, on the motion that
-    contact causes, is added to the work of the loading in the ledger.
+    contact causes, is added to the work of the loading in the ledger. motion.normal is
+    used as work space.
 
     body, motion : the rotor; its `Motion`
     force : (room,), N, as `stand` has set it
     """
     standing.yielded(body, motion, force)
-    for m in range(body.own * (len(body.force) > 0)):
-        both = motion.d[m] + motion.ahead[m]
-        ledger[PULSE] += 0.5 * body.work[m] * both
+    if len(body.force) == 0:
+        return
+    q, d, _, ahead, _, swerved, _ = motion
+    swerved[:] = 0.0
+    apply_blocks(body.swerve, body.starts[: body.blocks + 1], q, -1.0, swerved)
+    for m in range(body.own):
+        ledger[PULSE] += 0.5 * swerved[m] * (d[m] + ahead[m])
 
 
 @part
