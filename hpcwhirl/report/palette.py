@@ -63,6 +63,7 @@ PAGE = {  # {variable of the page's style: (by day, by night)}
     "edge": ("#C9CED6", "#3B434E"), "pale": (SKY, "#3D6484"),
     "focus": ("#B0007A", "#FF7FD1"), "warn": ("#8A3200", "#FFB38A"),
     "touch": (TOUCH, "#FF9166"), "growing": (GROWING, GROWING),
+    "chosen": ("#111111", "#111111"), "halo": ("#FFFFFF", "#FFFFFF"),
     **{f"series-{n}": (one.colour, one.night) for n, one in enumerate(SERIES)},
 }  # fmt: skip
 

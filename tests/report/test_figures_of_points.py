@@ -172,4 +172,4 @@ def test_the_figure_of_stress_needs_a_stress_matrix(stage, tmp_path, capsys):
     words = ["--kind", "stress", "--out", str(tmp_path)]
     assert main(["figures", str(stage), *words])
     told = "".join(capsys.readouterr())
-    assert "stress: needs an engine.file with rotor/stress, and a scheme other" in told
+    assert "stress: needs an engine.file with rotor/stress\n" in told

@@ -17,6 +17,7 @@ from hpcwhirl.cli.so_far import gathered_so_far
 from hpcwhirl.errors import InputError
 from hpcwhirl.report import live
 from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.reader import rows_in
 
 SWEEP = {"sweep": {"speed": [300, 350, 410, 500]}}
 
@@ -27,12 +28,13 @@ def going(tmp_path):
     folder = made_up.campaign(tmp_path / "out", SWEEP, samples=500)
     (folder / "results.h5").unlink()
     (journal,) = (folder / "journal").iterdir()
-    lines = journal.read_bytes().splitlines(keepends=True)
-    journal.write_bytes(b"".join(lines[:-1]))
+    whole = journal.read_bytes()
+    last = max(int(rows.starts.max()) for rows in rows_in(journal, {}))
+    journal.write_bytes(whole[:last])
 
     def end():
         with journal.open("ab") as file:
-            file.write(lines[-1])
+            file.write(whole[last:])
 
     return folder, end
 

@@ -44,6 +44,7 @@ WORDS = {
     "solver.until": "certain",
     "solver.estimate": "step",
     "output.traces": "full",
+    "output.forces": "supports",
     "direction": "stretch",
     "engine.casing.families": "bending",
     "engine.rotation": "full",
