@@ -18,8 +18,9 @@ from hpcwhirl.analysis.whirl import full_spectrum, sense_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import axis_of, new_figure, title_of
+from hpcwhirl.scene.units import written_in, written_units
 from hpcwhirl.scene.words import MOTIONS, SHOWN, WHIRLS
-from hpcwhirl.store.reading.results_file import Results
+from hpcwhirl.store.reading.results_file import Results, units_of
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.simulate import Result
@@ -131,7 +132,8 @@ class Whirl:
         """
         from hpcwhirl.report.map.maps import drawing_of
 
-        axes = drawing_of(self._file, _asked(wish)).figure.axes
+        with written_in(written_units() or units_of(self._file)):
+            axes = drawing_of(self._file, _asked(wish)).figure.axes
         return axes[0] if len(axes) == 1 else np.array(axes, dtype=object)
 
     def hover(self, **wish: Any) -> Any:
@@ -148,7 +150,8 @@ class Whirl:
         """
         from hpcwhirl.report.map.hover import hover_map
 
-        return hover_map(self._file, _asked(wish))
+        with written_in(written_units() or units_of(self._file)):
+            return hover_map(self._file, _asked(wish))
 
     def where(self, condition: str) -> xarray.Dataset:
         """Return the cases that satisfy a condition, as `hpcwhirl cases --where`.

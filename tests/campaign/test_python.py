@@ -739,6 +739,7 @@ def test_results_are_shown_in_the_units_of_the_file_whoever_gathers_them(tmp_pat
     tables = TABLES | {"sweep": {"speed": ["3000 rpm", "4000 rpm"]}}
     with hpcwhirl.campaign(tables, tmp_path) as data:
         assert data.attrs["units"] == "rpm"
+        assert "rpm" in data.hpcwhirl.map().get_xlabel()
     (tmp_path / "results.h5").unlink()
     assert main(["gather", str(tmp_path)]) == 0
     with hpcwhirl.open_results(tmp_path) as data:
