@@ -322,7 +322,7 @@ class March:
             self.counter[contact.STOP] = CERTAIN
         elif self.steps < self.total:
             strides = Strides(self.stride, self.beat)
-            self._read_ahead()
+            self._read_samples(self.steps, self.total)
             sample = int(self.counter[contact.SAMPLE])
             self.coast.finish(self.state, self.tracks, self.total, strides)
             self.tracks.worn[sample:] = self.state.worn[0]  # no tip wears it again
@@ -394,14 +394,18 @@ class March:
     def _reads(self) -> bool:
         return bool(self.stresses.size or self.loads.size)
 
-    def _read_since(self, step: int) -> None:
-        """Read the motion at each sample after a step, up to the present one.
+    def _sample_after(self, step: int) -> int:
+        """Return the step of the first sample after a step."""
+        return step - step % self.every + self.every
 
-        Scheme `exact` may have jumped over samples: there the motion was free.
+    def _read_samples(self, step: int, end: int) -> None:
+        """Read the motion at each sample after a step, up to another step.
+
+        Scheme `exact` may have jumped over samples, and after a certificate no blade
+        can touch again: there the motion is free.
         """
         if self._reads:
-            for at in range(step - step % self.every + self.every, self.steps + 1,
-                            self.every):  # fmt: skip
+            for at in range(self._sample_after(step), end + 1, self.every):
                 self._read(at)
 
     def _read(self, step: int) -> None:
@@ -441,18 +445,6 @@ class March:
         turned = np.exp((step - self.steps) * free.log)
         free.put(other, free.amplitudes(self.state) * turned)
         return self.scheme.motion(other, step)
-
-    def _read_ahead(self) -> None:
-        """Read the motion at all samples after a certificate was found.
-
-        It proves that no blade can touch again, so that the motion is free.
-        """
-        if self._reads:
-            for step in range(
-                self.steps - self.steps % self.every + self.every, self.total + 1,
-                self.every,
-            ):  # fmt: skip
-                self._read(step)
 
     @property
     def evidence_columns(self) -> int:
@@ -529,15 +521,14 @@ class March:
         while self.steps < goal and self.counter[contact.STOP] == 0:
             before = self.steps
             self._march_to(self._next_read(goal))
-            self._read_since(before)
+            self._read_samples(before, self.steps)
 
     def _next_read(self, goal: int) -> int:
         """Return the next step, at most `goal`, at which the motion is to be read.
 
         It is `goal` if neither stress nor loads are stored.
         """
-        after = self.steps - self.steps % self.every + self.every
-        return min(goal, after) if self._reads else goal
+        return min(goal, self._sample_after(self.steps)) if self._reads else goal
 
     def _march_to(self, goal: int) -> None:
         """Integrate up to step `goal`, or until the run stops.

@@ -18,9 +18,8 @@ from hpcwhirl.analysis.whirl import full_spectrum, sense_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import axis_of, new_figure, title_of
-from hpcwhirl.scene.units import written_in, written_units
 from hpcwhirl.scene.words import MOTIONS, SHOWN, WHIRLS
-from hpcwhirl.store.reading.results_file import Results, units_of
+from hpcwhirl.store.reading.results_file import Results, in_their_units
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.simulate import Result
@@ -132,7 +131,7 @@ class Whirl:
         """
         from hpcwhirl.report.map.maps import drawing_of
 
-        with written_in(written_units() or units_of(self._file)):
+        with in_their_units(self._file):
             axes = drawing_of(self._file, _asked(wish)).figure.axes
         return axes[0] if len(axes) == 1 else np.array(axes, dtype=object)
 
@@ -150,7 +149,7 @@ class Whirl:
         """
         from hpcwhirl.report.map.hover import hover_map
 
-        with written_in(written_units() or units_of(self._file)):
+        with in_their_units(self._file):
             return hover_map(self._file, _asked(wish))
 
     def where(self, condition: str) -> xarray.Dataset:

@@ -177,20 +177,21 @@ class _Prepared(NamedTuple):
         """Bytes of all arrays."""
         waves = [getattr(one, name) for one in self.waves for name in ARRAYS]
         few = self.opens, *self.hub, self.moved
-        each = *waves, *self.rows.values(), *few, *self.drive
+        each = *waves, *self.rows.values(), *few, *self.drive, *self.drive.held
         return sum(int(getattr(array, "nbytes", 0)) for array in each)
 
 
 MOST_BYTES = 2**25  # of all that is kept
 _kept: OrderedDict[Any, _Prepared] = OrderedDict()
+_sizes: dict[Any, int] = {}  # bytes of what is kept, by the same keys
 
 
 def _keep(key: Any, made: _Prepared) -> None:
     """Keep coefficients; forget those not used for longest beyond `MOST_BYTES`."""
-    _kept[key] = made
-    room = MOST_BYTES - sum(one.size for one in _kept.values())
+    _kept[key], _sizes[key] = made, made.size
+    room = MOST_BYTES - sum(_sizes.values())
     while room < 0:
-        room += _kept.popitem(last=False)[1].size
+        room += _sizes.pop(_kept.popitem(last=False)[0])
 
 
 class _Terms(NamedTuple):
@@ -545,10 +546,7 @@ class DrivenSlots:
 
         The supports in it are those of this rotor.
         """
-        parts = [np.copy(part) if isinstance(part, np.ndarray) else part
-                 for part in self.now.drive]  # fmt: skip
-        held = [np.copy(part) if isinstance(part, np.ndarray) else part
-                for part in self.now.drive.held]  # fmt: skip
+        parts, held = _copied(self.now.drive), _copied(self.now.drive.held)
         return SlotDrive._make([*parts[:-1], SlotHeld._make([*held[:-1], self.stand])])
 
     def _drive(self) -> SlotDrive:
@@ -725,6 +723,11 @@ class DrivenSlots:
             x, v = (modes_of(self.model, own.k, part) for part in (q, rate))
             out.append(own.motion.write(x, v - more / (2 * self.step)))
         _put(state, self.places[2], np.concatenate(out))
+
+
+def _copied(parts: tuple[Any, ...]) -> list[Any]:
+    """Return parts of which arrays are copies."""
+    return [np.copy(part) if isinstance(part, np.ndarray) else part for part in parts]
 
 
 def _put_swirl(

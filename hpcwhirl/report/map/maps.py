@@ -16,12 +16,12 @@ from hpcwhirl.report.canvas import FIXED, in_defaults, part_of_name, save
 from hpcwhirl.report.map.data import Picture, Wish, picture_of, with_cells
 from hpcwhirl.report.page.build import is_stale
 from hpcwhirl.safe_open import open_regular
-from hpcwhirl.scene.units import showing, written_in, written_units
+from hpcwhirl.scene.units import showing
 from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.directory.campaign_directory import PAGE, Directory
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.reading.reader import open_coded
-from hpcwhirl.store.reading.results_file import units_of
+from hpcwhirl.store.reading.results_file import in_their_units
 from hpcwhirl.store.results.cells import read_refined
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def draw_map(
     wish : options of the map; None: all chosen automatically
     table : whether the values drawn are also written, as a CSV file
     """
-    with written_in(written_units() or units_of(results)):
+    with in_their_units(results):
         drawing = drawing_of(results, wish or Wish())
         paths = save_map(drawing, out)
     if table:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager
 from functools import cached_property
 from itertools import product
 from pathlib import Path
@@ -33,6 +34,7 @@ from hpcwhirl.scene.quantities import (
     STATUS,
     TRACES,
 )
+from hpcwhirl.scene.units import written_in, written_units
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.campaign_directory import RESULTS
 from hpcwhirl.store.directory.manifest import Manifest
@@ -414,3 +416,11 @@ def units_of(results: Path) -> tuple[str, ...]:
     """Return the units of a campaign's file that its results name; () for none."""
     with Results(results) as found:
         return tuple(filter(None, str(found.attrs.get("units", "")).split(",")))
+
+
+def in_their_units(results: Path) -> AbstractContextManager[None]:
+    """Return a context in which results are shown in the units of the campaign's file.
+
+    Units that the caller has set come before those that the results name.
+    """
+    return written_in(written_units() or units_of(results))
