@@ -18,7 +18,7 @@ from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.scene.input_names import Value
 from hpcwhirl.scene.rules import NO_BLADE
-from hpcwhirl.scene.schemes import SCHEMES
+from hpcwhirl.scene.schemes import SCHEMES, follows_speed, marched_by
 from hpcwhirl.store.models.engine_file import points_named
 
 # inputs of a rotor that has all its blades
@@ -77,11 +77,10 @@ class Case:
         """The scene `reduced` with the scheme that integrates it."""
         scene = self.reduced
         name = "modal" if self.handed_over else scene.solver.scheme
-        slips = scene.friction_law != "constant" and law_of(scene) is not None
         loose = scene.slip != PERMANENT
         driven = law_of(scene) is not None and self.model.rotor.spin is not None
-        if (driven if loose else slips) and name == "modal":
-            name = "general"  # waves' coefficients hold for one friction only
+        if name == "modal" and (follows_speed(scene.value) or (loose and driven)):
+            name = "general"
         if name == scene.solver.scheme:
             return scene
         return apply_settings(scene, {"scheme": name})
@@ -198,16 +197,12 @@ class Case:
     @property
     def cost(self) -> float:
         """Predicted computing time on one core, s, if the run goes to its end."""
-        engine, name = self.given.engine, self.given.solver.scheme
-        loose = self.given.slip != PERMANENT
-        slips = self.given.friction_law != "constant" and not loose
-        turns = engine.rotation != "none" and (engine.rotor.is_uneven or loose)
-        if law_of(self.given) is not None and (slips or turns):
-            name = "general"
+        engine = self.given.engine
+        uneven, points = engine.rotor.is_uneven, points_named(engine.file)
+        name = str(marched_by(self.given.value, uneven or points > 1))
         step = SCHEMES[name].step_seconds(
-            engine.rotation, engine.rotor.blades, uneven=engine.rotor.is_uneven,
-            points=points_named(engine.file),
-        )  # fmt: skip
+            engine.rotation, engine.rotor.blades, uneven=uneven, points=points
+        )
         return float(self.steps * step)
 
     def check(self) -> None:

@@ -253,6 +253,10 @@ class Scene(Inputs, metaclass=_Told):
     output: Output = Output()
     # fmt: on
 
+    def value(self, name: str) -> Any:
+        """Return the value of an input by its full dotted name."""
+        return attrgetter(name)(self)
+
     @property
     def end_time(self) -> float:
         """Simulated time at which the run ends, s: `duration`, or `revolutions`."""

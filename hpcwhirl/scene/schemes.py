@@ -6,9 +6,13 @@ The implementation of a scheme is in `dynamics.schemes`, in the file of its name
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from hpcwhirl.scene.contact_laws import PERMANENT
 
 NOMINAL_BLADES = 22  # number of blades to which times of steps refer
 USUAL = 0.55, 1 / 7  # assumed shares: steps with contact; blades that touch in these
@@ -165,6 +169,39 @@ else:
     SchemeName = Literal[NAMES]  # computed, so that type checkers see `str`
 DEFAULT = NAMES[0]
 MEANINGS = "; ".join(f"{scheme.name}: {scheme.meaning}" for scheme in _TABLE)
+
+
+def _speed_changes(get: Callable[[str], Any]) -> Any:
+    rate, table = get("acceleration"), get("speed_table")
+    return np.not_equal(rate, 0.0) | np.not_equal(table, "")
+
+
+def follows_speed(get: Callable[[str], Any]) -> Any:
+    """Return whether the friction of all tips changes with the speed in the run.
+
+    Coefficients of waves hold for one friction, so that `general` takes over from
+    `modal`. The result is a scalar or (cases,).
+
+    get : function from an input's name to its value, a scalar or (cases,)
+    """
+    varies = np.not_equal(get("friction_law"), "constant")
+    return _speed_changes(get) & varies & np.equal(get("slip"), PERMANENT)
+
+
+def marched_by(get: Callable[[str], Any], uneven: Any) -> Any:
+    """Return the name of the scheme whose times of steps hold: a scalar or (cases,).
+
+    It is the one that [solver] names, or `general` where this takes over from `modal`.
+
+    get : function from an input's name to its value, a scalar or (cases,)
+    uneven : whether sectors differ or tips have several points; a scalar or (cases,)
+    """
+    turns = np.not_equal(get("engine.rotation"), "none")
+    loose = np.not_equal(get("slip"), PERMANENT)
+    alone = _speed_changes(get) & turns & (uneven | loose)
+    asked = np.asarray(get("solver.scheme"))
+    waves = np.isin(asked, MODAL)
+    return np.where(waves & (follows_speed(get) | alone), "general", asked)
 
 
 def either(names: Sequence[str]) -> str:

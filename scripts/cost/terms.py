@@ -67,6 +67,8 @@ LOST = {
     "lost_blade": 3, "amplitude_limit": 0.5, "engine.rotor.centre_stiffness": 3e8,
 }  # fmt: skip
 UNEVEN: dict[str, Any] = {"mistuning": [0.01 * ((7 * j) % 5 - 2) for j in range(22)]}
+LOOSE = {"slip": "set-valued"}
+SLOW: dict[str, Any] = {"speed": 1.0, "friction": 0.5}
 TERMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "unlike supports": (FULL, {"stiffness_difference": 5e6}),
     "film": (FULL, FILM),
@@ -90,6 +92,11 @@ TERMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "layer, rotation": (FULL, {"contact_law": "abradable"}),
     "layer by Archard": ({}, {"contact_law": "archard"}),
     "layer, mistuned": (UNEVEN, {"contact_law": "abradable"}),
+    "friction by slip": ({}, LOOSE),
+    "friction by slip, mistuned": (UNEVEN, LOOSE),
+    "tips that stick": (SLOW, LOOSE),
+    "tips that stick, rotation": (FULL | SLOW, LOOSE),
+    "tips that stick, mistuned": (UNEVEN | SLOW, LOOSE),
 }
 POINTS = "three points"
 HEAD = (

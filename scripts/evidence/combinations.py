@@ -67,7 +67,7 @@ FEATURES: dict[str, dict[str, Any]] = {
     "tilt": FULL | {"shaft": "cantilever"},
     "shaft": FULL | {"shaft": LINE, "shaft_station": 1},
     "run-up": {"acceleration": 100.0},
-    "run-down": {"acceleration": -3000.0, "ramp": "decay", "speed_to": 100.0},
+    "run-down": {"acceleration": -3000.0, "ramp": "decay", "speed_to": 10.0},
     "gap closes": {"gap_closure": 2e-5, "gap_time": 0.1},
     "oval": OVAL,
     "release": OVAL | {"profile_release": 2e-3},

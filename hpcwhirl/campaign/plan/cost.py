@@ -25,10 +25,9 @@ from hpcwhirl.errors import WhirlError
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.refinement.growth import Address
 from hpcwhirl.scene.batch_validation import Columns, Many, end_times
-from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.scene.input_names import MISTUNING
 from hpcwhirl.scene.rules import NO_BLADE
-from hpcwhirl.scene.schemes import SCHEMES, USUAL
+from hpcwhirl.scene.schemes import SCHEMES, USUAL, marched_by
 from hpcwhirl.scene.table import Column, Values, listed
 from hpcwhirl.store.models.engine_file import points_named
 
@@ -284,23 +283,16 @@ def _nominal(get: Columns, share: float) -> Any:
     get : function from an input's name to its value: one for all cases, or (cases,)
     share : share of time steps in contact
     """
-    schemes, rotations, blades, changes, lost = (
+    rotations, blades, changes, lost = (
         np.asarray(get(name))
         for name in (
-            "solver.scheme", "engine.rotation", "engine.rotor.blades", MISTUNING,
+            "engine.rotation", "engine.rotor.blades", MISTUNING,
             "engine.rotor.lost_blade",
         )
     )  # fmt: skip
     points = points_a_tip(get)
     uneven = (changes > 0) | (lost != NO_BLADE)
-    moving = np.not_equal(get("acceleration"), 0.0)
-    moving = moving | np.not_equal(get("speed_table"), "")
-    slips = np.not_equal(get("friction_law"), "constant")
-    slips = slips & np.equal(get("slip"), PERMANENT)
-    loose = np.not_equal(get("slip"), PERMANENT)
-    turns = (rotations != "none") & (uneven | loose)
-    moving = moving & (turns | slips)  # `general`, see `case.resolve`
-    schemes = np.where(moving, "general", schemes)
+    schemes = marched_by(get, uneven | (points > 1))
     kinds = product(np.unique(schemes), np.unique(rotations), (False, True))
     return sum(
         ((schemes == scheme) & (rotations == rotation) & (uneven == apart))
