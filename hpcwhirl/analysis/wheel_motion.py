@@ -24,6 +24,10 @@ from hpcwhirl.scene import Scene
 NEEDED = ("centre", "tips", "casing", "blade_impulse")
 LONGEST = 5e-4  # s, largest time between two frames where samples are that close
 AT_REST = ("damped",)  # words of motions that are shown from their beginning
+# drawn lengths, over the wheel's radius:
+GAP_SHARE = 0.07  # of the gap, or less
+LONGEST_SHARE = 0.22  # most of the largest displacement in three quarters of the frames
+FARTHEST = 0.45  # most of the largest displacement in any frame
 
 
 class Frames(NamedTuple):
@@ -50,6 +54,21 @@ class Frames(NamedTuple):
     wall: Floats
     force: Floats
     lost: int = -1
+
+    def enlarged(self) -> float:
+        """Return the drawn length of a metre of displacement, in radii of the wheel.
+
+        Gap and displacements are enlarged by one factor, which the last frames of a
+        divergent motion do not set alone: they would hide all the others.
+        """
+        parts = (self.centre, self.tips, self.wall)
+        largest = np.maximum.reduce(
+            [abs(part).reshape(len(part), -1).max(axis=1) for part in parts]
+        )
+        usual = max(float(np.quantile(largest, 0.75)), 1e-12)
+        most = max(float(largest.max()), 1e-12)
+        gap = max(float(self.gap[0]), 1e-9)
+        return min(GAP_SHARE / gap, LONGEST_SHARE / usual, FARTHEST / most)
 
     def openings(self) -> Floats:
         """Return the gap of each blade in each frame, (n, N), m, > 0 where open.

@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 import hpcwhirl
-from hpcwhirl.analysis.wheel_motion import frames_of
+from hpcwhirl.analysis.wheel_motion import (
+    FARTHEST,
+    GAP_SHARE,
+    LONGEST_SHARE,
+    frames_of,
+)
 from hpcwhirl.errors import InputError
+from hpcwhirl.report.figures.wheel import _blades
 from hpcwhirl.report.page import motion
 
 PROFILE = "harmonic,amplitude,phase;2,2e-5,0.3"
@@ -70,6 +76,35 @@ def test_a_page_keeps_frames_to_16_bits():
     tips = tips.reshape(found.tips.shape) * (coded["scales"][1] / 32767)
     np.testing.assert_allclose(tips, found.tips, atol=coded["scales"][1] / 60_000)
     assert len(coded["data"]) < 100_000
+
+
+def test_a_tip_is_drawn_as_far_out_as_its_radial_displacement_tells():
+    """Or an enlarged bend would carry it through the casing, which it touches."""
+    one = scene()
+    done = hpcwhirl.simulate(one)
+    found = frames_of(one, done.row, done.traces, 60)
+    scale = 3.0 * found.enlarged()
+    assert scale * abs(found.tips[:, :, 1]).max() > 0.1
+    for n in range(0, len(found.time), 7):
+        far = abs(_blades(found, n, scale, 0.2)[:, -1])
+        np.testing.assert_allclose(far, 1.0 + scale * found.tips[n, :, 0], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("gap", "rate"), [(1e-4, 0.0), (1e-2, 0.0), (1e-4, 9.0)])
+def test_neither_gap_nor_last_frames_of_a_divergent_motion_set_the_scale_alone(
+    gap, rate
+):
+    one = scene()
+    done = hpcwhirl.simulate(one)
+    found = frames_of(one, done.row, done.traces, 60)
+    grown = 1e-3 * np.exp(rate * np.linspace(0.0, 1.0, len(found.time)))
+    tips = np.repeat(grown, 2 * 9).reshape(-1, 9, 2)
+    none = {"centre": 0 * found.centre, "wall": 0 * found.wall}
+    made = found._replace(gap=np.full(len(grown), gap), tips=tips, **none)
+    drawn = np.sort(made.enlarged() * grown)
+    shares = made.enlarged() * gap / GAP_SHARE, drawn[-1] / FARTHEST
+    usual = np.quantile(drawn, 0.75) / LONGEST_SHARE
+    assert max(*shares, usual) == pytest.approx(1.0)
 
 
 def test_a_case_without_full_traces_is_refused():

@@ -19,6 +19,7 @@ from hpcwhirl.cli.options import scene_of
 from hpcwhirl.report.page.build import page_data, write_page
 from hpcwhirl.scene import digest
 from hpcwhirl.scene.quantities import ROW, STATUS
+from hpcwhirl.scene.units import showing
 from hpcwhirl.scene.words import REGIMES, word_of
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
@@ -160,6 +161,20 @@ def test_a_clicked_cell_shows_its_case(page, made):
     assert digest(scene_of("table2", command[3:-4:2])) == Results(made).plan.digests[7]
     because = text_of(page, "#case .because")
     assert because.endswith(f"Hence: {rows(made)[7]['regime']}.")
+
+
+def test_neighbouring_speeds_read_as_they_are(chromium, tmp_path):
+    speeds = [12_345.6, 12_345.9, 12_346.2]
+    folder = made_up.campaign(tmp_path / "out", {"sweep": {"speed": speeds}})
+    page = opened(chromium, write_page(Directory(folder)))
+    ticks = page.execute_script(
+        "return Array.from(document.querySelectorAll('#map "
+        '[aria-label="x-axis tick label"] text\'), (t) => t.textContent)'
+    )
+    assert [float(tick) for tick in ticks] == speeds
+    for case, speed in enumerate(speeds):
+        click(page, case)
+        assert f"speed {speed} rad/s" in text_of(page, "#case h3")
 
 
 def test_why_is_told_in_sentences_with_units(page, made):
@@ -536,7 +551,7 @@ def test_what_twins_doubt_is_pale_told_and_listed_and_units_are_practical(
     assert text_of(page, "#filter-note") == "3 of 3 cases"
     assert main(["report", str(folder), "--units", "rpm,um"]) == 0
     page = opened(chromium, folder / "report.html")
-    assert "Case 2 · speed 3915 rpm · gap 200 um" in text_of(page, "#case h3")
+    assert "Case 2 · speed 3915.21 rpm · gap 200 um" in text_of(page, "#case h3")
     assert errors(page) == []
 
 
@@ -595,7 +610,7 @@ def turning(tmp_path_factory):
         "scene": {"duration": 0.03},
         "solver": {"modes": 54},
         "engine": {"rotor": {"blades": 9}},
-        "output": {"traces": "full"},
+        "output": {"traces": "full", "forces": "supports"},
         "sweep": {"speed": [380, 420]},
     }
     campaign(document, place)
@@ -631,6 +646,45 @@ def test_the_wheel_moves_until_it_is_stopped(chromium, turning):
     assert frame_of(page) == held + 1
     click(page, 0)
     assert not page.find_elements("css selector", ".motion")
+    assert "hpcwhirl report DIR --animate 0" in text_of(page, "#case")
+    assert not errors(page)
+
+
+BRIGHTNESS = "const c = document.querySelector('.motion canvas');"
+BRIGHTNESS += "const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
+BRIGHTNESS += (
+    "let [sum, n] = [0, 0]; for (let i = 0; i < d.length; i += 4) if (d[i + 3])"
+)
+BRIGHTNESS += " { sum += d[i] + d[i + 1] + d[i + 2]; n += 1; } return sum / n / 765;"
+
+
+def test_the_wheel_is_printed_in_the_colours_of_the_day(chromium, turning):
+    """A canvas that was drawn by night is nearly invisible on paper."""
+    emulate, night = "Emulation.setEmulatedMedia", [
+        {"name": "prefers-color-scheme", "value": "dark"}]  # fmt: skip
+    chromium.execute_cdp_cmd(emulate, {"features": night})
+    try:
+        page = opened(chromium, turning)
+        click(page, 1)
+        find(page, ".motion .play").click()
+        by_night = page.execute_script(BRIGHTNESS)
+        chromium.execute_cdp_cmd(emulate, {"features": night, "media": "print"})
+        wait(page, lambda: page.execute_script(BRIGHTNESS) < 0.8 * by_night)
+        assert not find(page, ".motion .controls").is_displayed()
+    finally:
+        chromium.execute_cdp_cmd(emulate, {"features": [], "media": ""})
+
+
+def test_loads_of_supports_and_drive_are_drawn_with_their_peaks(chromium, turning):
+    with Results(turning.parent) as results, showing(("N", "kN mm")):
+        peak, torque = results["support_peak"][1], results["torque_peak"][1]
+        page = opened(chromium, write_page(Directory(turning.parent)))
+    click(page, 1)
+    force, drive = page.find_elements("css selector", ".loads figcaption")
+    assert float(force.text.split("N: centre ")[1]) == pytest.approx(peak, rel=1e-3)
+    told = drive.text.rpartition("at most ")[2]
+    assert told.endswith(" kN mm")
+    assert float(told.split()[0]) == pytest.approx(torque, rel=1e-3)
     assert not errors(page)
 
 

@@ -333,12 +333,34 @@ def test_with_rotation_the_interaction_diagram_marks_eq_13_of_its_lobes(
 
 def test_measured_growth_stands_beside_the_linear_check(cases):
     upper, lower = sweeps.draw_growth(cases, cases.like(0)).axes
-    dots = [li for li in upper.lines if li.get_marker() == "o"]
+    marks = {SHOWN[frequencies.shown_word(row)].marker for row in cases.rows}
+    dots = [li for li in upper.lines if li.get_marker() in marks]
     drawn = [(li.get_xdata()[0], li.get_ydata()[0]) for li in dots]
     assert sorted(drawn) == sorted((r["speed"], r["growth_rate"]) for r in cases.rows)
     rubbed = next(li for li in lower.lines if li.get_label() == "friction")
     row = cases.rows[1]
     assert rubbed.get_ydata()[0] == row["late_friction"] / row["late_lost"]
+
+
+WORDED = [sweeps.draw_growth, sweeps.draw_bifurcation, frequencies.draw_interaction]
+
+
+@pytest.mark.parametrize("draw", WORDED)
+def test_words_over_the_speed_differ_without_colour(cases, draw, monkeypatch):
+    """In markers, or in letters of the cells."""
+    line, words = cases.like(0), ["sustained", "divergent", "undecided"]
+    made = dict(zip((cases.rows[i]["speed"] for i in line), words, strict=True))
+    for module in (sweeps, frequencies):
+        monkeypatch.setattr(module, "shown_word", lambda row: made[row["speed"]])
+    figure = draw(cases, line)
+    drawn = {li.get_marker() for axes in figure.axes for li in axes.lines}
+    letters = {text.get_text() for axes in figure.axes for text in axes.texts}
+    for word in words:
+        look = SHOWN[word]
+        assert look.marker in drawn or look.letter in letters
+    (legend,) = figure.legends
+    told = {text.get_text().rpartition("  ")[2] for text in legend.get_texts()}
+    assert {SHOWN[word].told for word in words} <= told
 
 
 def test_a_clamped_centre_moves_only_nodal_diameter_one():

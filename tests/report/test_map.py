@@ -20,7 +20,7 @@ from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.cli import campaign, main
 from hpcwhirl.report import canvas, palette, render_process
 from hpcwhirl.report.map import critical, drawing, layout, maps
-from hpcwhirl.report.map.axes import Axis, cell_edges, straight
+from hpcwhirl.report.map.axes import Axis, cell_edges, distinct, straight
 from hpcwhirl.report.map.colours import Colours
 from hpcwhirl.report.map.data import Wish, picture_of
 from hpcwhirl.report.map.drawing import NO_CELL
@@ -665,6 +665,29 @@ def test_levels_have_ticks_where_their_texts_have_room():
     assert ticks(14, 500.0)[0] == [100.0 * n for n in range(14)]
     for nothing in (ticks(3, 500.0, ""), ticks(15, 500.0), ticks(14, 50.0)):
         assert nothing == [[], []]
+
+
+@pytest.mark.parametrize("first", [0.0, 1.0, 314.159265, 12_345.6, 1e6])
+@pytest.mark.parametrize("step", [1e-3, 0.3, 7.0, 333.3])
+def test_texts_at_ticks_tell_each_level_from_its_neighbours(first, step):
+    levels = first + step * np.arange(5)
+    told = np.array([float(text) for text in distinct(levels)])
+    assert abs(told - levels).max() <= 0.01 * step
+    assert (abs(told - levels) <= 1e-5 * levels).all()
+
+
+def test_an_axis_without_a_tick_for_each_level_has_no_offset_at_its_end():
+    from matplotlib.figure import Figure
+
+    speeds = 10_000.0 + 0.1 * np.arange(40)
+    figure = Figure()
+    axes = figure.subplots()
+    axes.set_xlim(speeds[0], speeds[-1])
+    layout._ticks(axes.xaxis, Axis("speed", "Ω", np.zeros(1, np.int32), speeds), 400.0)
+    figure.draw_without_rendering()
+    assert axes.xaxis.get_offset_text().get_text() == ""
+    told = [float(label.get_text()) for label in axes.get_xticklabels()]
+    assert told == pytest.approx(axes.get_xticks().tolist(), rel=1e-9)
 
 
 def test_texts_at_ticks_are_shown_as_they_are_written():

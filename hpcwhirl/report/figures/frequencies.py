@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from hpcwhirl.analysis import rotation
 from hpcwhirl.analysis.critical import coincidences
@@ -29,7 +31,7 @@ from hpcwhirl.report.figures.shaft_waves import draw_shaft_waves
 from hpcwhirl.report.map.axes import cell_edges
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.units import shown_in
-from hpcwhirl.scene.words import SHOWN, word_of
+from hpcwhirl.scene.words import SHOWN, Look, word_of
 from hpcwhirl.store.reading.results_file import Results
 
 MARGIN = 1.2
@@ -315,14 +317,27 @@ def draw_interaction(cases: Results, line: list[int]) -> Any:
     axes.set(ylabel="ω, rad/s, casing's frame:\nagainst < 0 < with the rotation")
     axes.set_ylim(limits)
     _crossings(axes, case, span, orders)
-    for i, place in enumerate(line):
-        fill = SHOWN[shown_word(cases.rows[place])].colour
-        strip.axvspan(cells[i], cells[i + 1], color=fill, lw=0)
+    _tell_words(strip, cells, [shown_word(cases.rows[i]) for i in line])
     strip.set_xlim(span)
     strip.set(yticks=[], xlabel=axis_of("speed"), ylabel="regime")
     axes.set_title(f"Interaction of nodal diameter {k}, {heading(cases, line)}")
-    regime_legend(figure, cases, line, axes)
+    regime_legend(figure, cases, line, axes, strip=True)
     return figure
+
+
+def _tell_words(strip: Any, cells: Floats, words: list[str]) -> None:
+    """Draw words over the speed as cells, with a letter in the middle of equal ones.
+
+    cells, words : (m + 1,), rad/s, edges of the cells; word of each
+    """
+    begin = 0
+    for word, equal in groupby(words):
+        end, look = begin + len([*equal]), SHOWN[word]
+        strip.axvspan(cells[begin], cells[end], color=look.colour, lw=0)
+        strip.text((cells[begin] + cells[end]) / 2.0, 0.5, look.letter, c=look.ink,
+                   ha="center", va="center", fontsize=8, clip_on=True,
+                   transform=strip.get_xaxis_transform())  # fmt: skip
+        begin = end
 
 
 def _harmonics(axes: Any, first: float, orders: int) -> None:
@@ -435,24 +450,37 @@ def shown_word(row: dict[str, Any]) -> str:
     return word_of(str(row.get("status", "ok")), row["outcome"], row["regime"])
 
 
-def regime_legend(figure: Any, cases: Results, line: list[int], *panels: Any) -> None:
+def regime_legend(
+    figure: Any, cases: Results, line: list[int], *panels: Any, strip: bool = False
+) -> None:
     """Add a legend below a figure over the speed.
 
-    It explains the labelled curves of the panels and the colours of the words that
-    occur.
+    It explains the labelled curves of the panels, and colours and markers of the words
+    that occur.
 
     cases, line : results; numbers of the cases shown
     panels : axes whose labelled curves are listed
+    strip : whether words are cells with letters, not markers
     """
     found = {shown_word(cases.rows[i]) for i in line}
-    keys = [
-        Line2D(
-            [], [], marker="o", ls="", mfc=look.colour, mec=look.stroke, label=look.told
-        )
-        for word, look in SHOWN.items()
-        if word in found
-    ]
+    looks = [look for word, look in SHOWN.items() if word in found]
+    if strip:
+        keys = [_cell_key(look) for look in looks]
+    else:
+        keys = [_mark_key(look) for look in looks]
     legend_below(figure, *panels, more=keys)
+
+
+def _cell_key(look: Look) -> Any:
+    """Return the entry of a legend for a word's cells."""
+    label = f"{look.letter}  {look.told}"
+    return Patch(fc=look.colour, ec=palette.INK, lw=0.4, label=label)
+
+
+def _mark_key(look: Look) -> Any:
+    """Return the entry of a legend for a word's markers."""
+    return Line2D([], [], marker=look.marker, ls="", mfc=look.colour, mec=look.stroke,
+                  label=look.told)  # fmt: skip
 
 
 def rotating_top(cases: Results, line: Sequence[int]) -> float:

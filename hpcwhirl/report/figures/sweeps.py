@@ -202,10 +202,11 @@ def draw_bifurcation(
             traces["time"][part], traces["centre"][part], row["speed"]
         )
         at = np.full(len(points), row["speed"])
-        colour = SHOWN[shown_word(row)].stroke
-        look = {"c": colour, "mew": 0, "ms": 4 if len(points) > FEW_TURNS else 6}
-        upper.plot(at, 1e3 * points[:, 0], ".", **look)
-        lower.plot(at, 1e3 * np.hypot(*points.T), ".", **look)
+        shown, few = SHOWN[shown_word(row)], len(points) <= FEW_TURNS
+        look = {"c": shown.stroke, "marker": shown.marker, "ls": "", "mew": 0,
+                "ms": 4 if few else 2.5}  # fmt: skip
+        upper.plot(at, 1e3 * points[:, 0], **look)
+        lower.plot(at, 1e3 * np.hypot(*points.T), **look)
     gap = 1e3 * cases.rows[line[0]]["gap_scale"]  # also if the gap is 0
     label = "$X_o$, mm, static frame"
     if max(map(abs, upper.dataLim.intervaly), default=0.0) > PLAIN * gap:
@@ -244,10 +245,10 @@ def draw_growth(cases: Results, line: list[int]) -> Any:
                    label=label)  # fmt: skip
     for row in rows:
         shown = SHOWN[shown_word(row)]
-        upper.plot(row["speed"], row["growth_rate"], "o", mfc=shown.colour,
+        upper.plot(row["speed"], row["growth_rate"], shown.marker, mfc=shown.colour,
                    mec=shown.stroke, ms=5)  # fmt: skip
     unit = ROW["growth_rate"].unit
-    upper.set_ylabel(f"growth of ln amplitude, {unit}\n(dots: measured in the window)")
+    upper.set_ylabel(f"growth of ln amplitude, {unit}\n(marks: measured in the window)")
     below = f"linear: roots below {SLOW / 2 / np.pi:g} Hz"
     upper.set_title(f"Growth, {heading(cases, line)}; {below}")
     upper.axhline(0.0, c=palette.GREY, lw=0.6)

@@ -26,10 +26,9 @@ STRIP = 6  # frames of the strip
 MOST = 120  # frames of the film
 RATE = 15  # frames of the film a second
 TINTS = (1.0, 0.6, 0.25)  # shares of a colour in a GIF; the rest is the ground's
-GAP_SHARE = 0.07  # of the wheel's radius that the gap takes, or less:
-LONGEST_SHARE = 0.22  # the largest displacement takes no more than this
 HUB = 0.16  # least radius of the drawn hub / that of the wheel
 FORCE = 0.26  # length of the line of the largest force / radius of the wheel
+REACH = 1.27  # end of the axes / radius of the wheel
 BLADES, TOUCH, PATH, WALL = (
     palette.BLUE, palette.TOUCH, palette.GREEN, palette.QUIET,
 )  # fmt: skip
@@ -43,7 +42,7 @@ def draw_strip(results: Results, case: int) -> Any:
     """
     frames, scene = _frames(results, case)
     figure, panels = new_figure((10.5, 7.4), 2, STRIP // 2)
-    scale = _scale(frames)
+    scale = frames.enlarged()
     chosen = np.linspace(0, len(frames.time) - 1, STRIP).astype(int)
     for axes, n in zip(np.ravel(panels), chosen.tolist(), strict=True):
         _draw(axes, frames, n, scale, scene)
@@ -67,8 +66,8 @@ def write_film(results: Results, case: int, path: Path) -> Path:
         raise InputError("a film as mp4 needs the program ffmpeg, which is not there")
     frames, scene = _frames(results, case)
     figure, axes = new_figure((4.6, 5.0))
-    scale = _scale(frames)
-    legend = _legend(frames, scale, scene).replace("; red", "\nred")
+    scale = frames.enlarged()
+    legend = _legend(frames, scale, scene).replace("; green", "\ngreen")
     title = f"{title_of(results.rows[case])}\n{legend}"
 
     def drawn(n: int) -> list[Any]:
@@ -124,20 +123,15 @@ def _frames(results: Results, case: int) -> tuple[Frames, Scene]:
     return frames_of(scene, row, results.traces(case), MOST), scene
 
 
-def _scale(frames: Frames) -> float:
-    """Return the drawn length of a metre of displacement, in radii of the wheel."""
-    most = max(float(abs(part).max(initial=1e-12))
-               for part in (frames.centre, frames.tips, frames.wall))  # fmt: skip
-    return min(GAP_SHARE / max(float(frames.gap[0]), 1e-9), LONGEST_SHARE / most)
-
-
 def _legend(frames: Frames, scale: float, scene: Scene) -> str:
     """Return what a reader must know of the drawing."""
-    most = float(frames.force.max(initial=0.0))
+    most = float(f"{frames.force.max(initial=0.0):.4g}")
     times = scale * scene.engine.rotor.radius
+    way = "clockwise" if frames.angle[-1] < frames.angle[0] else "anticlockwise"
     return (
-        f"static frame; displacements and gap × {times:.3g}; red: contact, length by "
-        f"the root of the force, at most {value_of('force', most).partition('= ')[2]}"
+        f"static frame, Ω {way}; displacements and gap × {times:.3g}; green: blade 0 "
+        "and the centre's path\nred: contact, length by the root of the force, "
+        f"at most {value_of('force', most).partition('= ')[2]}"
     )
 
 
@@ -152,18 +146,19 @@ def _draw(axes: Any, frames: Frames, n: int, scale: float, scene: Scene) -> None
     waves = theta[:, None] * np.arange(frames.wall.shape[1])
     parts = np.cos(waves) @ frames.wall[n, :, 0] + np.sin(waves) @ frames.wall[n, :, 1]
     wall = (1.0 + scale * (frames.gap[n] + parts)) * np.exp(1j * theta)
-    axes.plot(wall.real, wall.imag, c=WALL, lw=1.2)
+    axes.plot(wall.real, wall.imag, c=WALL, lw=1.2, solid_capstyle="butt")
     blades = _blades(frames, n, scale, hub)
-    there = np.arange(len(blades)) != frames.lost
+    there = np.flatnonzero(np.arange(len(blades)) != frames.lost)
     lines = [np.stack([b.real, b.imag], axis=1) for b in blades[there]]
-    axes.add_collection(LineCollection(lines, colors=BLADES, linewidths=1.1))
+    colours = [BLADES if j else PATH for j in there]  # blade 0 shows the rotation
+    axes.add_collection(LineCollection(lines, colors=colours, linewidths=1.1))
     path = scale * (frames.centre[: n + 1] @ np.array([1.0, 1j]))
     rim = path[-1] + hub * np.exp(1j * theta)
     axes.plot(rim.real, rim.imag, c=BLADES, lw=1.1)
     axes.plot(path.real, path.imag, c=PATH, lw=0.7)
     axes.plot(path[-1].real, path[-1].imag, ".", c=palette.INK, ms=4)
     _touch(axes, blades[:, -1], frames.force[n], float(frames.force.max(initial=0.0)))
-    axes.set(aspect="equal", xlim=(-1.35, 1.35), ylim=(-1.35, 1.35))
+    axes.set(aspect="equal", xlim=(-REACH, REACH), ylim=(-REACH, REACH))
     axes.set_axis_off()
     axes.set_title(f"t = {1e3 * frames.time[n]:.2f} ms", fontsize=8)
 
@@ -171,7 +166,11 @@ def _draw(axes: Any, frames: Frames, n: int, scale: float, scene: Scene) -> None
 def _blades(frames: Frames, n: int, scale: float, hub: float) -> Any:
     """Return points of all blades from hub to tip, (N, 9), complex, static frame.
 
-    Each is a clamped beam that its tip bends; hub : its radius, in radii of the wheel
+    Each is a clamped beam that its tip bends. Tangential displacements are drawn along
+    circles, so that a tip is as far from the centre as its radial displacement tells;
+    along tangents it would be drawn through the casing.
+
+    hub : its radius, in radii of the wheel
     """
     count = frames.tips.shape[1]
     turned = np.exp(1j * (frames.angle[n] + 2.0 * np.pi * np.arange(count) / count))
@@ -181,7 +180,8 @@ def _blades(frames: Frames, n: int, scale: float, hub: float) -> Any:
     bent = 0.5 * z**2 * (3.0 - z)
     along = centre.real[:, None] + np.outer(tip.real - centre.real, z)
     across = centre.imag[:, None] + np.outer(tip.imag - centre.imag, bent)
-    return turned[:, None] * (hub + z * (1.0 - hub) + along + 1j * across)
+    radius = hub + z * (1.0 - hub)
+    return turned[:, None] * (radius + along) * np.exp(1j * across / radius)
 
 
 def _touch(axes: Any, tips: Any, force: Floats, most: float) -> None:

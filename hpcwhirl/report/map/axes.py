@@ -18,6 +18,7 @@ WIDEST = 5.0  # ratio of largest to least value from which an axis may be logari
 MOST_TICKS = 14  # number of values up to which each has a tick
 LONGEST = 26  # largest number of characters of a text on an axis
 WIDE, HIGH = 6.5, 13.0  # points, width of a letter and height of a line
+READ = 1e-5  # largest error of the text of a number on an axis, relative
 TOLD = 0.6  # least share of values with room for a tick; below it none has a tick
 ALONE = 0.5  # half the width of a cell without neighbours, relative to its value
 
@@ -161,13 +162,16 @@ def straight(values: Floats, scale: str) -> Floats:
 
 
 def distinct(values: Floats) -> tuple[str, ...]:
-    """Return ascending numbers as texts for ticks: the shortest ones that differ."""
+    """Return ascending numbers as texts for ticks, the shortest that tell each.
+
+    A text differs from its number by `READ` of it at most, and by as small a share of
+    the distance to the next number.
+    """
+    apart = float(np.diff(values).min(initial=np.inf))
     for digits in range(3, 10):
         texts = tuple(value_text(float(f"{value:.{digits}g}")) for value in values)
-        shown = np.array([float(text) for text in texts])
-        if np.allclose(shown, values, rtol=1e-3, atol=0) and len({*texts}) == len(
-            texts
-        ):
+        off = abs(np.array([float(text) for text in texts]) - values)
+        if np.all(off <= READ * np.minimum(abs(values), 1e3 * apart)):
             return texts
     return tuple(value_text(value) for value in values)
 

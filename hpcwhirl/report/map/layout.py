@@ -285,6 +285,8 @@ def _ticks(own: Any, axis: Any, points: float) -> None:
             own.get_major_locator().set_params(integer=True)
         if axis.scale == "log":
             _plain_decades(own, axis)
+        else:  # no number at the end of the axis that all others lack
+            own.get_major_formatter().set_useOffset(False)
         return
     long = not upright and 6.5 * sum(map(len, texts)) > points
     across = "right" if long or upright else "center"

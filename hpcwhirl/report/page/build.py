@@ -30,6 +30,7 @@ from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report import palette
 from hpcwhirl.report.canvas import FIXED, axis_of, value_of
 from hpcwhirl.report.page.commands import commands_of, setting
+from hpcwhirl.report.page.loads import loads_of
 from hpcwhirl.report.page.motion import motions_of
 from hpcwhirl.report.page.run_ups import run_ups_of
 from hpcwhirl.report.page.tables import tables_of
@@ -130,6 +131,7 @@ def page_data(results: Results, animate: Sequence[int] = ()) -> PageData:
         "whirls": {n: asdict(look) for n, look in WHIRLS.items()},
         "refined": _refined(results),
         "runUps": run_ups,
+        "loads": loads_of(results),
         "tables": tables_of(results),
         "traces": asdict(sizes) | {"bytes": sizes.bytes, "kept": len(records)},
         **commands_of(results),
@@ -170,7 +172,8 @@ def _shown(told: list[dict[str, Any]]) -> dict[str, tuple[str, float]]:
 
     told : descriptions of columns of results and of swept inputs
     """
-    units = {unit: shown_in(unit) for unit in sorted({t.get("unit", "") for t in told})}
+    known = {t.get("unit", "") for t in told} | {"N", "N m"}  # of forces, of loads
+    units = {unit: shown_in(unit) for unit in sorted(known)}
     return {unit: shown for unit, shown in units.items() if shown != (unit, 1.0)}
 
 
@@ -340,7 +343,7 @@ def _records(results: Results) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
 
 LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")
 SCRIPTS = ("expression", "condition", "data", "words", "axes", "story", "refined",
-           "map", "charts", "run_ups", "case", "motion", "table", "address",
+           "map", "charts", "run_ups", "loads", "case", "motion", "table", "address",
            "main")  # fmt: skip
 DIGEST = re.compile(rb'<meta name="hpcwhirl-results" content="([0-9a-f]{64})">')
 HEAD_BYTES = 4096  # beginning of the page that contains the line with the digest

@@ -119,7 +119,8 @@ def _coded(frames: Frames, scene: Scene) -> dict[str, Any]:
         "lost": frames.lost, "start": float(frames.time[0]),
         "step": float(frames.time[1] - frames.time[0]) if count > 1 else 0.0,
         "radius": rotor.radius, "hub": rotor.disk_radius, "gap": scene.gap,
-        "scales": scales, "data": base64.b64encode(data).decode(),
+        "scale": frames.enlarged(), "scales": scales,
+        "data": base64.b64encode(data).decode(),
     }  # fmt: skip
 
 

@@ -30,7 +30,7 @@ function runsOf(values, factor) {
 // The text of an input's level; `factor`: from SI to the unit shown.
 function levelText(value, factor = 1) {
   if (Array.isArray(value)) return runsOf(value, factor) || "none";
-  return typeof value === "number" ? short(factor * value) : String(value);
+  return typeof value === "number" ? exact(factor * value) : String(value);
 }
 
 // Whether a refined input has a logarithmic axis; undefined for others: levels decide.

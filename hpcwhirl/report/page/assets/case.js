@@ -49,9 +49,8 @@ function showCase(place, i) {
   if (record) place.append(figures(record, i), earlyBox(i));
   else if (runUpOf(i)) place.append(speedFigure(i));
   if (!record) place.append(textElement("p", noTraces(i), "note"));
-  const moving = motionBox(i);
-  if (moving) place.append(moving);
-  place.append(...commandBlocks(i), numbers(i));
+  place.append(...[loadFigures(i), motionBox(i)].filter(Boolean));
+  place.append(...commandBlocks(i), ...motionCommand(i), numbers(i));
 }
 
 function noTraces(i) {

@@ -188,7 +188,7 @@ function overTime(record, i, curves, { label, log }) {
   return Plot.plot({
     ...CHART,
     x: { label: told.labels.time, domain: [0, end || 1], ticks: 6 },
-    y: log ? decades(label, d3.extent(rows.filter((r) => r.v > 0), (r) => r.v)) : { label, tickFormat: short, ticks: 5, grid: true },
+    y: log ? decades(label, d3.extent(rows.filter((r) => r.v > 0), (r) => r.v)) : { label, tickFormat: rounded, ticks: 5, grid: true },
     color: { domain: names, range: STROKES.slice(0, names.length), legend: names.length > 1 },
     marks: [
       Plot.ruleX([start], { strokeDasharray: "2 3" }),
@@ -217,7 +217,7 @@ function radiusFigure(record, i) {
   const plot = Plot.plot({
     ...CHART,
     x: { label: told.labels.time, domain: [0, end || 1], ticks: 6 },
-    y: log ? decades(`|Z|, ${unit}`, ends) : { label: `|Z|, ${unit}`, ticks: 5, tickFormat: short, grid: true, zero: true },
+    y: log ? decades(`|Z|, ${unit}`, ends) : { label: `|Z|, ${unit}`, ticks: 5, tickFormat: rounded, grid: true, zero: true },
     marks: [
       Plot.ruleX([end - valueOf("window", i)], { strokeDasharray: "2 3" }),
       ...(gap < 20 * factor * largest && (!log || gap > ends[0]) ? [Plot.ruleY([gap], { strokeDasharray: "4 3" })] : []),
@@ -259,7 +259,7 @@ function spectrumFigure(record, i) {
   const width = short((2 * reach) / count);
   return zoomable(
     "Spectrum, static frame",
-    `window of the words; largest line of each ${width} ${turning}; dashed: Ω = ${short(speed)} ${turning}`,
+    `window of the words; largest line of each ${width} ${turning}; dashed: Ω = ${exact(speed)} ${turning}`,
     draw, false,
   );
 }

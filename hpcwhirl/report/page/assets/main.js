@@ -251,7 +251,7 @@ mapPlace.addEventListener("pointermove", (event) => {
   if (tip.hidden) return;
   const i = Number(caseAt(event));
   const column = columns.get(choice.colour);
-  const number = column && !column.isWord ? `\n${withUnitShown(choice.colour, column.unit)}: ${levelText(column.value(i), unitShown(column.unit)[1])}` : "";
+  const number = column && !column.isWord ? `\n${withUnitShown(choice.colour, column.unit)}: ${short(unitShown(column.unit)[1] * column.value(i))}` : "";
   tip.textContent = `case ${i}: ${wordsOf(i)}\n${inputsOf(i).map((t) => cut(t, 60)).join("\n")}${number}`;
   const right = event.clientX > innerWidth - 320;
   tip.style.left = `${event.clientX + (right ? -tip.offsetWidth - 12 : 14)}px`;

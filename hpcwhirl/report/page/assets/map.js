@@ -24,7 +24,7 @@ function colouring(name, shown) {
   return {
     fill,
     ink: (i) => (d3.lab(fill(i)).l > 55 ? "black" : "white"),
-    legend: () => Plot.legend({ color: { ...scale, label: title }, width: 320, tickFormat: (v) => levelText(v, factor) }),
+    legend: () => Plot.legend({ color: { ...scale, label: title }, width: 320, tickFormat: (v) => short(factor * v) }),
   };
 }
 

@@ -3,11 +3,14 @@
 
 const motions = JSON.parse(element("motions").textContent);
 const RATES = [[0.001, "1/1000"], [0.003, "1/300"], [0.01, "1/100"], [0.03, "1/30"], [0.1, "1/10"]];
-const GAP_SHARE = 0.07; // of the wheel's radius that the gap takes at first, or less:
-const LONGEST_SHARE = 0.22; // the largest displacement takes no more than this
+const RADIUS = 0.385; // of the wheel / side of the canvas
 const AROUND = 240; // points of the casing's line
 const TRAIL = 90; // frames of the centre's trail
 const still = matchMedia("(prefers-reduced-motion: reduce)");
+// The canvas has its colours from the page's style, by day, by night and in print.
+let redraw = () => {};
+for (const media of ["print", "(prefers-color-scheme: dark)"])
+  matchMedia(media).addEventListener("change", () => redraw());
 
 function framesOf(i) {
   const m = motions[i];
@@ -29,12 +32,6 @@ function framesOf(i) {
   return { ...m, gap, angle, centre, tips, wall, force };
 }
 
-// Drawn length of a metre of displacement at first, as a multiple of the wheel's radius.
-function firstScale(m) {
-  const most = Math.max(m.scales[0], m.scales[1], m.scales[2], 1e-12);
-  return Math.min(GAP_SHARE / Math.max(m.gap[0], 1e-9), LONGEST_SHARE / most);
-}
-
 function wallAt(m, n, theta) {
   let sum = m.gap[n];
   for (let h = 0; h < m.orders; h += 1) {
@@ -45,6 +42,8 @@ function wallAt(m, n, theta) {
 }
 
 // Places of a blade from hub to tip, rotated by `turn`: a clamped beam bent by its tip.
+// Tangential displacements are drawn along circles: along tangents, an enlarged one
+// would carry the tip through the casing.
 function bladeOf(m, n, j, { radius, scale, turn }) {
   const theta = turn + (2 * Math.PI * j) / m.blades;
   const [c, s] = [Math.cos(theta), Math.sin(theta)];
@@ -56,9 +55,10 @@ function bladeOf(m, n, j, { radius, scale, turn }) {
   return Array.from({ length: 9 }, (_, p) => {
     const z = p / 8;
     const bent = (z * z * (3 - z)) / 2;
-    const r = hub + z * (radius - hub) + along + (radial - along) * z;
-    const t = across + (side - across) * bent;
-    return [r * c - t * s, r * s + t * c];
+    const place = hub + z * (radius - hub);
+    const r = place + along + (radial - along) * z;
+    const at = theta + (across + (side - across) * bent) / place;
+    return [r * Math.cos(at), r * Math.sin(at)];
   });
 }
 
@@ -81,7 +81,7 @@ function drawFrame(canvas, m, n, view) {
   const size = canvas.width;
   const style = getComputedStyle(canvas);
   const colour = (name) => style.getPropertyValue(name).trim() || "currentColor";
-  const radius = 0.36 * size;
+  const radius = RADIUS * size;
   const scale = view.scale * radius;
   const turn = view.rotating ? 0 : m.angle[n];
   const geometry = { radius, scale, turn };
@@ -150,7 +150,7 @@ function motionBox(i) {
   canvas.width = canvas.height = 900;
   canvas.setAttribute("role", "img");
   canvas.setAttribute("aria-label", `The wheel in its casing, case ${i}, ${m.frames} frames`);
-  const view = { n: 0, scale: firstScale(m), rotating: false, rate: 0.01, plays: false };
+  const view = { n: 0, scale: m.scale, rotating: false, rate: 0.01, plays: false };
   const play = textElement("button", "Play");
   play.type = "button";
   play.className = "play";
@@ -163,14 +163,17 @@ function motionBox(i) {
   const larger = Object.assign(document.createElement("input"), { type: "range", min: -1, max: 1, step: 0.02, value: 0 });
   const first = view.scale;
   const note = textElement("figcaption", "");
+  const [unit, factor] = unitShown("N");
+  const most = `${short(factor * m.scales[3])} ${unit}`;
   const show = () => {
     drawFrame(canvas, m, view.n, view);
     slider.value = view.n;
     box.dataset.frame = view.n;
     const time = (1e3 * (m.start + view.n * m.step)).toFixed(2);
     note.textContent = `t = ${time} ms; displacements and gap × ${short(view.scale * m.radius)}; `
-      + `red: contact, length by the root of the force, at most ${short(m.scales[3] / 1e3)} kN; green: blade 0 and the centre's path`;
+      + `red: contact, length by the root of the force, at most ${most}; green: blade 0 and the centre's path`;
     slider.setAttribute("aria-valuetext", `${time} ms`);
+    larger.setAttribute("aria-valuetext", `× ${short(view.scale * m.radius)}`);
   };
   let last = 0;
   let part = 0;
@@ -212,11 +215,18 @@ function motionBox(i) {
   controls.className = "controls";
   controls.append(play, slider, rate, frame, labelled("enlarged", larger));
   box.append(heading("h4", "The wheel in motion"), canvas, controls, note);
+  redraw = show;
   requestAnimationFrame(() => {
     show();
     if (!still.matches) set(true);
   });
   return box;
+}
+
+// What shows a case's wheel here, of one that has none.
+function motionCommand(i) {
+  if (motions[i] || valueOf("status", i) !== "ok") return [];
+  return [commandBlock("The wheel in motion", `hpcwhirl report DIR --animate ${i}`)];
 }
 
 // Which cases have their motion here, for the head of the page.

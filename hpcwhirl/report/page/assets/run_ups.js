@@ -7,7 +7,7 @@ function rangeOf({ speed }) {
   const factor = unitShown(columns.get("speed").unit)[1];
   const turns = speed.filter((v, j) =>
     j === 0 || j === speed.length - 1 || (v - speed[j - 1]) * (speed[j + 1] - v) < 0);
-  return turns.slice(0, 5).map((v) => short(Number((factor * v).toPrecision(4)))).join(" → ");
+  return turns.slice(0, 5).map((v) => short(factor * v, 6)).join(" → ");
 }
 
 function speedFigure(i) {
@@ -24,7 +24,7 @@ function speedFigure(i) {
   const plot = Plot.plot({
     ...CHART,
     x: { label: told.labels.time, domain: [0, run.time.at(-1) || 1], ticks: 6 },
-    y: { label: `Ω, ${turning}`, tickFormat: short, ticks: 5, grid: true },
+    y: { label: `Ω, ${turning}`, tickFormat: rounded, ticks: 5, grid: true },
     marks: [
       Plot.rect(spells, { ...band, fill: (s) => told.looks[s.regime].colour }),
       Plot.text(wide, { ...spot, text: (s) => told.looks[s.regime].letter, fill: (s) => told.looks[s.regime].ink }),
@@ -59,7 +59,7 @@ function waterfallFigure(i) {
   const plot = Plot.plot({
     ...CHART,
     x: { label: told.labels.time, ticks: 6 },
-    y: { label: labelShown(told.labels.line_frequency, columns.get("speed").unit), ticks: 6, tickFormat: short },
+    y: { label: labelShown(told.labels.line_frequency, columns.get("speed").unit), ticks: 6, tickFormat: rounded },
     color: { type: "linear", scheme: "cividis", domain: [0, 255] },
     marks: [
       Plot.raster(values, {

@@ -144,9 +144,20 @@ function comparison(kind, a, b, i) {
 
 const texts = (found) => found.map(([text]) => text).join("; ");
 
+// A number of an input, whose text gives it to 1e-6: neighbours on an axis differ.
+function exact(value) {
+  for (let digits = 4; digits < 10; digits += 1)
+    if (Math.abs(value.toPrecision(digits) - value) <= 1e-6 * Math.abs(value))
+      return short(value, digits);
+  return short(value, 10);
+}
+
+// A round number at a tick, without what arithmetic has left in its last digits.
+const rounded = (value) => short(value, 10);
+
 // Four digits; words as they are.
-function short(value) {
+function short(value, digits = 4) {
   if (typeof value !== "number") return String(value);
   if (!Number.isFinite(value)) return String(value);
-  return String(Number(value.toPrecision(4))).replaceAll("-", "−");
+  return String(Number(value.toPrecision(digits))).replaceAll("-", "−");
 }

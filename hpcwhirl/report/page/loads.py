@@ -1,0 +1,61 @@
+"""Loads of the shaft on the page: force of each support, and torque of the drive.
+
+Of many samples a case has the largest force of each interval, and the least and the
+largest torque, so that no peak is lost.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from hpcwhirl.arrays import Floats
+from hpcwhirl.store.reading.results_file import Results
+
+NEEDED = ("support_force", "shaft_torque")
+POINTS = 160  # intervals of a run
+MOST = 200  # cases with loads
+
+
+def loads_of(results: Results) -> dict[int, Any]:
+    """Return {case: what the page shows of its loads}, {} where none were kept.
+
+    Each has "supports", their names; "count", of intervals; and "data", (supports + 2,
+    count) numbers of single precision: the largest force of each support, N, then the
+    least and the largest torque of the drive, N m.
+    """
+    if not set(NEEDED) <= set(results.kept):
+        return {}
+    cases = results.finished()
+    some = cases[:: max(-(-len(cases) // MOST), 1)]
+    found = {}
+    for case, traces in results.each_traces(some, NEEDED):
+        names = str(results["support_names"][case])
+        if names and len(traces["time"]):
+            found[case] = _loads(names.split("; "), traces)
+    return found
+
+
+def _loads(names: list[str], traces: Mapping[str, Floats]) -> dict[str, Any]:
+    """Return the loads of a case as data for the page.
+
+    names, traces : of its supports; `time` and `NEEDED`
+    """
+    count = min(POINTS, len(traces["time"]))
+    cuts = np.linspace(0, len(traces["time"]), count, endpoint=False, dtype=int)
+    forces = np.linalg.norm(traces["support_force"], axis=2)[:, : len(names)]
+    torque = traces["shaft_torque"]
+    rows = [
+        *np.fmax.reduceat(forces, cuts, axis=0).T,
+        np.fmin.reduceat(torque, cuts), np.fmax.reduceat(torque, cuts),
+    ]  # fmt: skip
+    with np.errstate(over="ignore"):  # of a diverged run, finite values are shown
+        data = np.array(rows, "<f4").tobytes()
+    return {
+        "supports": names,
+        "count": count,
+        "data": base64.b64encode(data).decode(),
+    }
