@@ -23,7 +23,13 @@ from scipy.optimize import brentq
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.reduction.supports import Bearing, Support, bearing_of
-from hpcwhirl.structure.shaft import GROUND, NODE, ShaftLine, line_matrices
+from hpcwhirl.structure.shaft import (
+    GROUND,
+    NODE,
+    ShaftLine,
+    line_matrices,
+    row_between,
+)
 
 STILL = 1e-9  # frequency relative to the root, |Im s| / |s|, that counts as 0
 ROUND_OFF = 1e-14  # frequency relative to the largest root that counts as 0
@@ -87,7 +93,7 @@ def whirl_matrices(
     held = own.stiffness - 1j * speed * own.damping
     apart = np.zeros((2, n, n), complex)  # C_d and K_d
     for support in supports:
-        now, row = support.support.at(speed), _row(support, n)
+        now, row = support.support.at(speed), row_between(support.at, support.to, n)
         moved = np.outer(row, row)
         rate, held = rate + now.damping * moved, held + now.stiffness * moved
         apart += np.multiply.outer([now.damping_apart, now.stiffness_apart], moved)
@@ -97,15 +103,6 @@ def whirl_matrices(
         np.block([[rate, apart[0]], [apart[0].conj(), rate.conj()]]),
         np.block([[held, apart[1]], [apart[1].conj(), held.conj()]]),
     )
-
-
-def _row(support: Held, size: int) -> Floats:
-    """Return the row, (n,), that gives the motion of a support from the coordinates."""
-    row = np.zeros(size)
-    row[support.at] = 1.0
-    if support.to != GROUND:
-        row[support.to] = -1.0
-    return row
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +193,7 @@ def undamped_critical_speeds(
     own = line_matrices(line)
     held = own.stiffness.copy()
     for support in supports:
-        row = _row(support, line.size)
+        row = row_between(support.at, support.to, line.size)
         held += support.support.at(0.0).stiffness.real * np.outer(row, row)
     found = []
     for sense in (1.0, -1.0):

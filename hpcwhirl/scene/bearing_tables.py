@@ -4,9 +4,10 @@ Names of columns, their defaults, signs and units are those of ROSS (R. Timbo et
 ROSS - Rotordynamic open source software, JOSS 2020): the speed of rotation, rad/s, as
 speed, frequency or w; kxx and cxx; and, optionally, kyy and cyy (default kxx and cxx),
 kxy, kyx, cxy and cyx (default 0). Axial coefficients (kzz, czz, mzz), which move
-nothing in the rotor's plane, and numbers of nodes, tags and colours are skipped. Any
-other column must be zero: what it says is not modelled. Without a speed a table has one
-row, which holds at all speeds.
+nothing in the rotor's plane, and numbers of nodes, tags and colours are skipped. Added
+mass (mxx; myy, by default mxx) is a number of its own, `added_mass`: of a bearing of a
+shaft line only, and the same at all speeds. Any other column must be zero: what it says
+is not modelled. Without a speed a table has one row, which holds at all speeds.
 
 ROSS 3 calls the speed `speed`, and saves how it interpolates, which must be as here.
 Coefficients that depend on the frequency of the motion, as those of magnetic bearings,
@@ -17,10 +18,13 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from hpcwhirl.errors import nearest, shown
 from hpcwhirl.scene.columns import Column, columns_of, refuse_unknown
@@ -33,6 +37,7 @@ from hpcwhirl.scene.kept_tables import (
     must,
     read,
 )
+from hpcwhirl.scene.units import in_si
 
 AXIS = "frequency"  # name of the speed in the text that a scene stores
 AXES = "speed", AXIS, "w"
@@ -51,7 +56,7 @@ ELEMENTS: dict[str, Callable[[str], Any]] = {
     ".toml": tomllib.loads,
     ".json": json.loads,
 }
-MASSES = {f"m{a}{b}" for a, b in itertools.product("xy", repeat=2)}
+MASSES = tuple(f"m{a}{b}" for a, b in itertools.product("xy", repeat=2))
 
 
 def bearing_table(text: str) -> str:
@@ -89,6 +94,38 @@ def rows_of(own: Mapping[str, Any]) -> Rows:
     return _rows(_columns({key: v for key, v in own.items() if v is not None}))
 
 
+def added_mass(own: Mapping[str, Any]) -> tuple[float, float] | None:
+    """Return mxx and myy of one element, kg, given as a table; None if both are 0.
+
+    A number may be a list, one for each speed: they must be equal.
+    """
+    given = {name: own[name] for name in MASSES if own.get(name) not in (None, [])}
+    found = {name: _constant(name, value) for name, value in given.items()}
+    for name in ("mxy", "myx"):
+        cross = found.get(name, 0.0)
+        told = f"{name} must be 0, got {cross:g}: added mass acts along x and y"
+        must(cross == 0.0, told)
+    xx = found.get("mxx", 0.0)
+    pair = xx, found.get("myy", xx)
+    return pair if any(pair) else None
+
+
+def _constant(name: str, value: Any) -> float:
+    """Return an added mass, kg, >= 0, from a number, a text with a unit, or lists."""
+    try:
+        numbers = {in_si(one, "kg") for one in np.ravel(value).tolist()}
+    except ValueError as failed:
+        raise ValueError(f"{name} {failed}") from None
+    told = (
+        f"{name} must be one number, got {shown(value)}: added mass over the speed or"
+    )
+    must(len(numbers) == 1, f"{told} frequency is not modelled")
+    (number,) = numbers
+    is_fit = isinstance(number, int | float) and 0.0 <= number < math.inf
+    must(is_fit, f"{name} must be a number >= 0, got {shown(value)}")
+    return float(number)
+
+
 def _rows(columns: Mapping[str, Column]) -> Rows:
     """Return (speed, kxx, ..., cyy), rad/s, N/m, N s/m, of each row of a table."""
     axes = [name for name in AXES if name in columns]
@@ -122,7 +159,8 @@ def _coefficient(columns: Mapping[str, Column], name: str, length: int) -> list[
 
 
 def _why(name: str) -> str:
-    return ": added mass is not modelled" if name in MASSES else ""
+    told = ": added mass is only modelled of bearings of a shaft, engine.shaft"
+    return told if name in MASSES else ""
 
 
 class _Element(NamedTuple):

@@ -14,8 +14,9 @@ BearingElement, SealElement and PointMass, whose nodes are the stations (R. Timb
 al., ROSS - Rotordynamic open source software, JOSS 2020). Bearings have the keys of
 `bearing_tables`, and those of a squeeze film, `FILM`, which acts beside its springs and
 dampers. What is not modelled is refused by name. Bearings may differ by direction; the
-table's unequal = "mean" takes the mean of both, 2 k = k_xx + k_yy + i (k_yx - k_xy). In
-a table, file = "rotor.toml" names a file with the sections, disks and bearings.
+table's unequal = "mean" takes the mean of both, 2 k = k_xx + k_yy + i (k_yx - k_xy).
+Their added mass (mxx, kg) must be the same along x and y, or the mean is taken. In a
+table, file = "rotor.toml" names a file with the sections, disks and bearings.
 
 The text that a scene stores has the elements between nodes, see `structure.shaft`: a
 section is divided into elements no longer than its outer diameter, at most `MOST`. It
@@ -33,7 +34,13 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import nearest, shown
-from hpcwhirl.scene.bearing_tables import OVER_WHIRL, WHIRL, rows_of
+from hpcwhirl.scene.bearing_tables import (
+    MASSES,
+    OVER_WHIRL,
+    WHIRL,
+    added_mass,
+    rows_of,
+)
 from hpcwhirl.scene.kept_tables import must, read
 from hpcwhirl.scene.units import in_si
 
@@ -128,6 +135,10 @@ def _check_form(line: Mapping[str, Any]) -> None:
         must(inside and rows and max(node, foot) >= 0, "a support is wrong")
         must(all(len(row) == OF_ROW for row in rows), "a support is wrong")
         must(all(math.isfinite(x) for row in rows for x in row), "a number is wrong")
+    for node, foot, mass in line.get("added", ()):
+        inside = node in range(-1, last + 1) and foot in range(-1, feet)
+        must(inside and max(node, foot) >= 0, "an added mass is wrong")
+        must(0.0 < mass < math.inf, "an added mass is wrong")
 
 
 def _is_film(numbers: Any) -> bool:
@@ -161,6 +172,8 @@ def text_of(given: Mapping[str, Any], name: str, unequal: str = KEPT) -> str:
         _check(line)
         if unequal == MEAN:
             line["supports"] = _mean(line["supports"])
+        if added := [_alike(*one, unequal) for one in line.pop("added")]:
+            line["added"] = added
     except ValueError as failed:
         raise ValueError(f"{name}: {failed}") from None
     except (KeyError, TypeError) as failed:
@@ -188,16 +201,19 @@ def _of_table(given: Mapping[str, Any]) -> dict[str, Any]:
     disks = [_disk(one, f"disk {i}", stations)
              for i, one in enumerate(_tables(given, "disks"), 1)]  # fmt: skip
     pedestals: list[float] = []
-    supports = []
+    supports, added = [], list[list[Any]]()
     for i, one in enumerate(_tables(given, "bearings"), 1):
-        supports += _bearing(dict(one), f"bearing {i}", stations, pedestals)
+        where, own = f"bearing {i}", dict(one)
+        mass = _added(own, where)
+        supports += (found := _bearing(own, where, stations, pedestals))
+        added += [[where, *found[0][:2], *mass]] if mass else []
     damping = {
         key: _number(given, key, unit, "the shaft")
         for key, unit in (("viscous", "s"), ("loss", "1"))
     }
     return {
         "tubes": tubes, "disks": disks, "pedestals": pedestals, "supports": supports,
-        "stations": stations, **damping,
+        "stations": stations, **damping, "added": added,
     }  # fmt: skip
 
 
@@ -269,6 +285,18 @@ def _bearing(
     pedestals.append(mass)
     base = [[0.0, k, 0.0, 0.0, k, c, 0.0, 0.0, c]]
     return [*own, [-1, len(pedestals) - 1, base]]
+
+
+def _added(own: dict[str, Any], where: str) -> tuple[float, float] | None:
+    """Remove the keys of added mass from a bearing's table; return mxx and myy, kg.
+
+    None: it has no added mass.
+    """
+    given = {name: own.pop(name) for name in MASSES if name in own}
+    try:
+        return added_mass(given)
+    except ValueError as failed:
+        raise ValueError(f"{where}: {failed}") from None
 
 
 def _film(given: Mapping[str, Any], where: str) -> list[float]:
@@ -387,14 +415,16 @@ def _of_ross(given: Mapping[str, Any]) -> dict[str, Any]:
     masses = {int(t["n"]): _point_mass(tag, t) for tag, t in found["PointMass"]}
     disks += [[n, masses[n], 0.0, 0.0] for n in sorted(masses) if n < nodes]
     feet = sorted(n for n in masses if n >= nodes)
-    supports = [
-        _ross_support(tag, table, nodes, feet)
-        for tag, table in (*found["BearingElement"], *found["SealElement"])
-    ]
+    supports, added = [], []
+    for tag, table in (*found["BearingElement"], *found["SealElement"]):
+        own = dict(table)
+        mass = _added(own, shown(tag))
+        supports.append(_ross_support(tag, own, nodes, feet))
+        added += [[shown(tag), *supports[-1][:2], *mass]] if mass else []
     return {
         "tubes": tubes, "disks": disks, "pedestals": [masses[n] for n in feet],
         "supports": supports, "stations": list(range(nodes)), "viscous": 0.0,
-        "loss": 0.0,
+        "loss": 0.0, "added": added,
     }  # fmt: skip
 
 
@@ -476,6 +506,19 @@ def _check(line: Mapping[str, Any]) -> None:
     numbers = [x for row in (*tubes, *line["disks"]) for x in row]
     are_fit = all(math.isfinite(x) and x >= 0.0 for x in numbers if x not in ratios)
     must(are_fit, "its numbers must be finite and >= 0")
+
+
+def _alike(
+    where: str, node: int, foot: int, xx: float, yy: float, unequal: str
+) -> list[Any]:
+    """Return the row of an added mass that is the same along x and y.
+
+    where, node, foot : bearing in messages; as of its support
+    xx, yy : kg; unequal : as of `text_of`
+    """
+    told = f'{where}: mxx must equal myy, got {xx:g} and {yy:g} kg; unequal = "{MEAN}" '
+    must(xx == yy or unequal == MEAN, f"{told}takes their mean")
+    return [node, foot, (xx + yy) / 2]
 
 
 def _mean(supports: list[list[Any]]) -> list[list[Any]]:

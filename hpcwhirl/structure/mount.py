@@ -42,6 +42,7 @@ from hpcwhirl.structure.shaft import (
     NODE,
     LineSupport,
     ShaftLine,
+    added_matrix,
     line_matrices,
     line_of,
 )
@@ -56,7 +57,7 @@ class Mount:
     Attributes
     ----------
     mass, gyro, stiffness : M, kg; G, kg m^2; K, N/m; real, (1 + w, 1 + w), of shaft and
-        tilting disk, with the constant springs of supports
+        tilting disk, with the constant springs and added masses of supports
     damping : D_i, N s/m, (1 + w, 1 + w), of the shaft's material
     rows : (s, 1 + w), displacement of each further force of a support
     supports : coefficients of these s forces; the stiffness k at their first speed is
@@ -187,7 +188,7 @@ def reduced(line: ShaftLine, station: int, modes: int) -> Mount:
         row[:] = support.row(line.size)
     moved = np.zeros(line.size)
     moved[: NODE * line.nodes : NODE] = 1.0  # pedestals are carried by their ground
-    load = basis.T @ own.mass @ moved
+    load = basis.T @ (own.mass - added_matrix(line)) @ moved
     seats = np.array([support.row(line.size) for support in line.supports]) @ basis
     return Mount(mass, gyro, held, damping, rows @ basis, tuple(acting), load, seats)
 

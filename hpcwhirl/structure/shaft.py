@@ -215,11 +215,33 @@ class LineSupport:
 
     def row(self, size: int) -> Floats:
         """Return the row, (n,), that gives its displacement from n coordinates."""
-        row = np.zeros(size)
-        row[self.at] = 1.0
-        if self.to != GROUND:
-            row[self.to] = -1.0
-        return row
+        return row_between(self.at, self.to, size)
+
+
+def row_between(at: int, to: int, size: int) -> Floats:
+    """Return the row, (n,), of coordinate `at` less coordinate `to`, or `GROUND`."""
+    row = np.zeros(size)
+    row[at] = 1.0
+    if to != GROUND:
+        row[to] = -1.0
+    return row
+
+
+@dataclass(frozen=True)
+class AddedMass:
+    """Mass of the fluid in a seal or bearing, which moves with a shaft, without weight.
+
+    Its force is -m Z'', Z the displacement in the static frame.
+
+    Attributes
+    ----------
+    at, to : as of `LineSupport`
+    mass : m, kg, the same along x and y
+    """
+
+    at: int
+    to: int
+    mass: float
 
 
 def _reference(law: tuple[str | float, ...]) -> float:
@@ -244,6 +266,7 @@ class ShaftLine:
     loss : eta_H, loss factor of the material
     supports : bearings and other supports
     stations : node of each station that users name
+    added : added masses, which have no part in `mass`
     """
 
     tubes: tuple[Tube, ...]
@@ -253,6 +276,7 @@ class ShaftLine:
     loss: float = 0.0
     supports: tuple[LineSupport, ...] = ()
     stations: tuple[int, ...] = ()
+    added: tuple[AddedMass, ...] = ()
 
     @property
     def nodes(self) -> int:
@@ -333,7 +357,17 @@ def line_matrices(line: ShaftLine) -> LineMatrices:
         gyro[at + 1, at + 1] += disk.polar
     for place, heavy in enumerate(line.pedestals, NODE * line.nodes):
         mass[place, place] += heavy
-    return LineMatrices(mass, gyro, stiffness, _damping(line, mass, stiffness))
+    damping = _damping(line, mass, stiffness)
+    return LineMatrices(mass + added_matrix(line), gyro, stiffness, damping)
+
+
+def added_matrix(line: ShaftLine) -> Floats:
+    """Return the part of a shaft line's M by added masses, (n, n), kg."""
+    matrix = np.zeros((line.size, line.size))
+    for one in line.added:
+        row = row_between(one.at, one.to, line.size)
+        matrix += one.mass * np.outer(row, row)
+    return matrix
 
 
 def _damping(line: ShaftLine, mass: Floats, stiffness: Floats) -> Floats:
@@ -358,17 +392,17 @@ def line_of(text: str) -> ShaftLine:
     tubes = tuple(map(_tube_of, given["tubes"]))
     pedestals = NODE * (max(tube.node for tube in tubes) + 2)
 
-    def place(node: int, pedestal: int) -> int:  # of the shaft, or a pedestal's
-        return int(NODE * node if node >= 0 else pedestals + pedestal)
+    def ends(node: int, pedestal: int) -> tuple[int, int]:  # the shaft, or a pedestal
+        foot = pedestals + int(pedestal) if pedestal >= 0 else GROUND
+        return (NODE * int(node), foot) if node >= 0 else (foot, GROUND)
 
     supports = tuple(
-        _support_of(
-            place(node, pedestal),
-            pedestals + int(pedestal) if node >= 0 <= pedestal else GROUND,
-            rows,
-            *film,
-        )
+        _support_of(*ends(node, pedestal), rows, *film)
         for node, pedestal, rows, *film in given["supports"]
+    )
+    added = tuple(
+        AddedMass(*ends(node, pedestal), mass)
+        for node, pedestal, mass in given.get("added", ())
     )
     return ShaftLine(
         tubes,
@@ -378,6 +412,7 @@ def line_of(text: str) -> ShaftLine:
         given["loss"],
         supports,
         tuple(map(int, given["stations"])),
+        added,
     )
 
 

@@ -1,7 +1,8 @@
 """Rotors of rotor dynamicists as plain data, for hpcwhirl, ROSS and the tests.
 
 A rotor has tubes, one after the other from node 0, disks and bearings at nodes, and
-masses at nodes beyond the shaft, on which bearings with `to` stand.
+masses at nodes beyond the shaft, on which bearings with `to` stand. A bearing may have
+an added mass, `mass`, kg.
 """
 
 from __future__ import annotations
@@ -151,6 +152,14 @@ ROTORS: dict[str, dict[str, Any]] = {
     "two disks, short journal bearings at 1500 rpm": {
         "rotor": two_disks(bearing(0, **SHORT), bearing(6, **SHORT)),
         "speeds": [1500 / RPM], "unbalance": [2, 1e-3],
+    },
+    "two disks and a seal with an added mass of 12 kg": {
+        "rotor": two_disks(
+            bearing(0, kxx=1e6, cxx=100.0) | {"mass": 1.5},
+            bearing(3, kxx=2e5, kxy=3e4, kyx=-3e4, cxx=3e3) | {"mass": 12.0},
+            bearing(6, kxx=1e6, cxx=100.0),
+        ),
+        "speeds": [50.0, 419.0], "unbalance": [2, 1e-3],
     },
     "overhung fan, disk of 60 kg": {
         "rotor": {"tubes": FAN, "disks": [disk(10, 60.0, 3.0, 1.5)], "bearings": HELD},

@@ -48,7 +48,9 @@ def built(given: dict[str, Any]) -> Any:
             own["frequency"] = table[0].tolist()
         else:
             own = {name: values[0] for name, values in own.items()}
-        bearings.append(ross.BearingElement(n=b["node"], n_link=b.get("to"), **own))
+        bearings.append(ross.BearingElement(
+            n=b["node"], n_link=b.get("to"), mxx=b.get("mass", 0.0), **own
+        ))  # fmt: skip
     masses = [ross.PointMass(n=node, m=mass) for node, mass in given.get("masses", ())]
     return ross.Rotor(shaft, disks, bearings, point_mass_elements=masses or None)
 

@@ -16,7 +16,14 @@ from hpcwhirl.scene import Rotor
 from hpcwhirl.scene.documents import scene_of_document
 from hpcwhirl.scene.shaft_tables import shaft_text, text_of
 from hpcwhirl.structure import bladed_disk
-from hpcwhirl.structure.shaft import ShaftDisk, ShaftLine, line_of
+from hpcwhirl.structure.mount import reduced
+from hpcwhirl.structure.shaft import (
+    AddedMass,
+    ShaftDisk,
+    ShaftLine,
+    added_matrix,
+    line_of,
+)
 
 LIGHT, RIGID = 1e-4, 1e12  # kg/m^3, N/m
 FAN = {"blades": 7, "elements": 4, "suspension_damping": -1.0, "damping": 0.0}
@@ -200,7 +207,11 @@ def test_a_rotor_saved_by_ross_3_is_that_saved_by_ross_2(tmp_path):
         ({"MagneticBearingElement_m": {}}, "'MagneticBearingElement_m' is not"),
         ({"ShaftElement_a": {"axial_force": 9.0}}, "axial_force = 9.0 is not modelled"),
         ({"ShaftElement_a": {"beta": 1e-5}}, "beta = 1e-05 is not modelled"),
-        ({"BearingElement_left": {"mxx": [2.0]}}, "added mass is not modelled"),
+        ({"BearingElement_left": {"mxx": [2.0]}}, "'left': mxx must equal myy, got 2"),
+        (
+            {"SealElement_right": {"mxx": [2.0, 3.0], "myy": [2.0, 3.0]}},
+            "'right': mxx must be one number, .*: added mass over the speed",
+        ),
         ({"DiskElement_d": {"n": 9}}, "'d' must be at a node of the shaft, 0 to 2"),
         ({"PointMass_p": {"n": 4}}, "linked to node 3, which has no PointMass"),
         ({"ShaftElement_b": {"n": 4}}, "must follow each other from node 0"),
@@ -222,7 +233,7 @@ def test_what_a_rotor_of_ross_has_that_is_not_modelled_is_refused(
 
 
 def test_unequal_bearings_are_taken_at_their_mean_where_a_table_asks_for_it(tmp_path):
-    unequal = {"kyy": [3e7], "kxy": [4e6], "kyx": [1e6]}
+    unequal = {"kyy": [3e7], "kxy": [4e6], "kyx": [1e6], "mxx": [5.0], "myy": [1.0]}
     given = saved_by_ross()
     given["BearingElement_left"] |= unequal
     (tmp_path / "rotor.json").write_text(json.dumps(given))
@@ -230,6 +241,56 @@ def test_unequal_bearings_are_taken_at_their_mean_where_a_table_asks_for_it(tmp_
     document = {"engine": {"rotation": "full", "shaft": shaft}}
     rotor = scene_of_document(document, folder=tmp_path).engine.rotor
     assert line_of(rotor.shaft).supports[0].rows[0][1:5] == (2e7, 1.5e6, -1.5e6, 2e7)
+    assert line_of(rotor.shaft).added == (AddedMass(0, -1, 3.0),)
+
+
+FLUID = 9.0  # kg, at a station with a disk
+
+
+@pytest.mark.parametrize("speed", [0.0, 250.0, -250.0])
+def test_an_added_mass_moves_as_a_disk_without_inertia_and_weighs_nothing(speed):
+    held = table()["bearings"]
+    wet = table(bearings=[held[0], held[1] | {"mxx": "9 kg"}, held[2]])
+    disks = [*table()["disks"], {"station": 1, "mass": FLUID}]
+    one, two, dry = (
+        rotor(line, shaft_station=3) for line in (wet, table(disks=disks), table())
+    )
+    found, same, without = (static_lines(own, speed) for own in (one, two, dry))
+    assert found == pytest.approx(same, rel=1e-9, abs=1e-6)
+    assert np.abs(found - without).max() > 0.1
+    lines = [line_of(own.shaft) for own in (one, two, dry)]
+    assert [line.mass - lines[2].mass for line in lines] == [0.0, FLUID, 0.0]
+    loads = [reduced(line, 3, 2).weight.sum() for line in lines]
+    assert loads[0] == pytest.approx(loads[2], rel=1e-12)
+
+
+def test_an_added_mass_between_shaft_and_pedestal_moves_with_their_difference():
+    foot = {"pedestal_mass": 20.0, "pedestal_kxx": 1e8}
+    held = table()["bearings"]
+    line = line_of(text_of(table(bearings=[held[0] | foot | {"mxx": 3.0}, *held[1:]]),
+                           "line"))  # fmt: skip
+    (one,) = line.added
+    moved = np.zeros(line.size)
+    moved[[one.at, one.to]] = 2.0, 0.5
+    assert moved @ added_matrix(line) @ moved == pytest.approx(3.0 * 1.5**2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"mxx": -1.0}, "bearing 1: mxx must be a number >= 0, got -1"),
+        ({"mxx": "2 m"}, "mxx must be in kg"),
+        ({"mxx": 1.0, "myx": 2.0}, "myx must be 0, got 2: added mass acts along x"),
+        ({"mxx": 1.0, "myy": 2.0}, "mxx must equal myy, got 1 and 2 kg"),
+        ({"mxx": [1.0, 2.0]}, "mxx must be one number"),
+    ],
+)
+def test_an_added_mass_that_is_not_modelled_is_refused_in_one_line(changes, told):
+    held = {"station": 0, "kxx": 4e7} | changes
+    with pytest.raises(ValueError, match=r"^line: bearing 1") as caught:
+        text_of(table(bearings=[held]), "line")
+    assert told in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
