@@ -108,14 +108,24 @@ def distinct(each: Sequence[Computation]) -> list[Computation]:
     """Return computations, those joined that are the same in all cases."""
     found: dict[Key, Computation] = {}
     for one in each:
-        key = tuple((name, repr(sorted(flatten(s).items())))
-                    for name, s in one.scenes.items())  # fmt: skip
+        key = tuple((name, _computed(scene)) for name, scene in one.scenes.items())
         if key in found and key:
             same = found[key]
             found[key] = replace(same, settings=(*same.settings, *one.settings))
         else:
             found[key or ((one.settings[0].key, ""),)] = one
     return list(found.values())
+
+
+def _computed(scene: Scene) -> str:
+    """Return a text of a pinned scene that is equal for equal computations.
+
+    With a rotor from file, `truncation` has set `modes`; without it these are not used.
+    """
+    inputs = flatten(scene)
+    if scene.engine.file:
+        del inputs["solver.truncation" if scene.solver.truncation else "solver.modes"]
+    return repr(sorted(inputs.items()))
 
 
 def _computation(scenes: Mapping[str, Scene], setting: Setting) -> Computation:

@@ -14,7 +14,7 @@ from importlib import resources
 from typing import Any
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.errors import unknown
+from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene import (
     Scene,
     apply_settings,
@@ -33,6 +33,7 @@ FINER = 0.25  # longest step of the reference / that of a scene
 PRESET = "preset"  # axis of the presets
 # inputs that are chosen by `truncation` unless it is 0
 CHOSEN = {A_BLADE, "modes", "casing.harmonics", "casing.families"}
+OF_BEAMS = {A_BLADE, "modes", "rotor.elements"}  # without effect on a rotor from file
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,16 @@ def applied(scene: Scene, inputs: Settings) -> Scene:
     """Return a scene with the inputs of a setting.
 
     inputs : {input: value}; the key `modes_a_blade`, times N, sets the input `modes`
+
+    Raises
+    ------
+    InputError
+        if an input changes nothing of a rotor from file
     """
+    fixed = sorted(inputs.keys() & OF_BEAMS) if scene.engine.file else []
+    if fixed:
+        msg = f"{fixed[0]} has no effect on a rotor from file: truncation reduces it"
+        raise InputError(msg)
     settings: dict[str, Any] = {"until": "end", **_with_free(inputs)}
     if A_BLADE in settings:
         settings["modes"] = settings.pop(A_BLADE) * scene.engine.rotor.blades
@@ -142,6 +152,7 @@ def reference_of(scene: Scene) -> Scene:
         "casing.harmonics": max(table["harmonics"], engine.casing.harmonics),
         "casing.families": "all",
         "rotor.elements": max(min(table["elements"], most), engine.rotor.elements),
+        "truncation": 0.0,
         "until": "end",
     }
     return apply_settings(scene, chosen)

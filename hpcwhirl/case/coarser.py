@@ -31,7 +31,7 @@ def coarser(case: Case) -> Case | None:
     also has fewer modes and waves, see `with_less`. All other inputs are the same.
     """
     less = with_less(case) if case.given.solver.estimate == "all" else {}
-    alone = apply_settings(case.pinned(case.step), ALONE | _of_file(case) | less)
+    alone = apply_settings(case.pinned(case.step), ALONE | less)
     other = replace(case, given=alone)
     longest = BELOW * min(shortest_limits(other.model, other.scene).values())
     step = min(TIMES * case.step, longest)
@@ -62,12 +62,3 @@ def with_less(case: Case) -> dict[str, Value]:
         if fewer < casing.harmonics:
             less["casing.harmonics"] = fewer
     return less
-
-
-def _of_file(case: Case) -> dict[str, Value]:
-    """Return the input that keeps the modes of a rotor from file as they were chosen.
-
-    Their number is no input of a scene, see `reduction.model`.
-    """
-    own = case.given
-    return {"truncation": own.solver.truncation} if own.engine.file else {}

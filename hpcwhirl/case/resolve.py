@@ -96,9 +96,14 @@ class Case:
     def pinned(self, step: float) -> Scene:
         """Return the scene as given, with terms of rotation, modes and step as numbers.
 
+        With a rotor from file it keeps `truncation`: the number of its modes is no
+        input, see `reduction.model`.
+
         step : time step, s
         """
-        chosen = {"time_step": step, "accuracy": 0.0, "truncation": 0.0}
+        chosen: dict[str, Value] = {"time_step": step, "accuracy": 0.0}
+        if not self.given.engine.file:
+            chosen["truncation"] = 0.0
         return apply_settings(self.reduced, chosen)
 
     @cached_property

@@ -6,7 +6,8 @@ The cases are those of the claim `promises` (`populations/promises.py`); their r
 kept in FILE (default a temporary one) and not computed again. A line tells of a feature
 and a preset in how many cases the word is that of the finer run, and the radius and the
 contact impulse are within what the preset states of nine engines in ten; and the same
-of the cases of which the preset's estimate is sure. --write puts the table into
+of the cases of which the preset's estimate is sure; a second table, how often that is
+right if the estimate must be smaller by other factors. --write puts the tables into
 scripts/evidence/promises.md, and a sentence on each preset, with the features on which
 it holds least, into hpcwhirl/scene/presets.toml.
 """
@@ -23,7 +24,15 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import parser_of, share, table, tell, working_folder
 from evidence.claims import judge
-from evidence.populations.promises import COUNT, FEATURES, LONG, PRESETS, SHORT
+from evidence.populations.promises import (
+    COUNT,
+    FEATURES,
+    LONG,
+    PRESETS,
+    SHORT,
+    TIMES,
+    is_sure,
+)
 from evidence.presets import PATH, write
 
 from hpcwhirl.scene import preset_bounds
@@ -31,6 +40,8 @@ from hpcwhirl.scene import preset_bounds
 PAGE = Path(__file__).with_suffix(".md")
 SEED = 45
 OFTEN = 0.8  # share of a feature's cases below which a preset names it
+ENOUGH = 0.95  # share of a preset's sure cases that must be right, or it says so
+FACTORS = 1.0, TIMES, 10.0, 30.0  # bound of the radius / least estimate that is sure
 NAMES = {"orbit_radius": "radius", "contact_impulse": "contact impulse"}
 HEAD = (
     "feature", "preset", "cases", "word", *NAMES.values(), "radius off, median", "sure",
@@ -44,9 +55,9 @@ def within(row: Row, preset: str, number: str) -> bool:
     return bool(row["errors"][preset][number] <= preset_bounds(preset)[number])
 
 
-def kept_of(rows: list[Row], preset: str) -> tuple[int, int]:
+def kept_of(rows: list[Row], preset: str, times: float = TIMES) -> tuple[int, int]:
     """Return of how many cases a preset is sure; in how many of them it is right."""
-    sure = [row for row in rows if row["sure"][preset]]
+    sure = [row for row in rows if is_sure(row["rows"][preset], preset, times)]
     right = [r for r in sure if r["same"][preset] and within(r, preset, "orbit_radius")]
     return len(sure), len(right)
 
@@ -72,19 +83,28 @@ def text_of(preset: str, rows: list[Row]) -> str:
         + of(sum(within(row, preset, number) for row in rows))
         for number, name in NAMES.items()
     ]
-    seldom = []
+    seldom, wrong = [], []
     for feature in FEATURES:
         own = [row for row in rows if row["scene"]["feature"] == feature]
+        name = feature if feature != "none" else "no feature"
         good = sum(within(row, preset, "orbit_radius") for row in own)
         if own and good < OFTEN * len(own):
-            name = feature if feature != "none" else "no feature"
             seldom.append(f"{name} {good} of {len(own)}")
+        sure, kept = kept_of(own, preset)
+        if kept < ENOUGH * sure:
+            wrong.append(f"{name} {kept} of {sure}")
     right = of(sum(row["same"][preset] for row in rows))
     sure, kept = kept_of(rows, preset)
     return (
         f"with features on small engines, {SHORT:g} and {LONG:g} s: word as a finer "
-        f"run in {right}, {', '.join(held)}; both word and radius in {kept} of {sure} "
-        "of which estimate = all says so (same word, 3 radius_error within that)"
+        f"run in {right}, {', '.join(held)}; both word and radius in "
+        f"{share(kept, sure, '{0} of {1} ({3})')} of which estimate = all says so "
+        f"(same word, {TIMES:g} radius_error within that)"
+        + (
+            f", too few to rely on it: {', '.join(wrong)}"
+            if kept < ENOUGH * sure
+            else ""
+        )
         + (f"; the radius is so least with {', '.join(seldom)}" if seldom else "")
     )
 
@@ -105,7 +125,18 @@ def measured(rows: list[Row], left: int) -> str:
     lines = [line_of(name, preset, own) for name, own in parts.items() if own
              for preset in PRESETS]  # fmt: skip
     told = f"{len(rows)} cases of seed {SEED}; {left} more touched nothing."
-    return "\n".join([told, "", *table(HEAD, lines)])
+    further = table(("sure if the stated radius is at least", *PRESETS), factors(rows))
+    return "\n".join([told, "", *table(HEAD, lines), "", *further])
+
+
+def factors(rows: list[Row]) -> list[list[str]]:
+    """Return a line for each of `FACTORS`: how often what a preset is sure of holds."""
+    lines = []
+    for times in FACTORS:
+        both = [kept_of(rows, preset, times) for preset in PRESETS]
+        own = [share(kept, sure, "{0} of {1} ({3})") for sure, kept in both]
+        lines.append([f"{times:g} radius_error", *own])
+    return lines
 
 
 def main() -> int:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rotor_files import exported
 
 from hpcwhirl.benchmark import drawing, tradeoff, trials
 from hpcwhirl.benchmark.drawing import by_words, drawn_cases, evenly
@@ -45,6 +46,7 @@ from hpcwhirl.benchmark.wish import (
     wish_of,
 )
 from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main, options
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.figures import pareto
@@ -439,6 +441,26 @@ def test_an_axis_is_tried_though_the_scene_asks_by_errors():
     assert found.solver.time_step < 1.5e-8
     assert found.solver.accuracy == found.solver.truncation == 0.0
     assert reference_of(fine).engine.casing.harmonics >= 80
+
+
+def test_a_rotor_from_file_is_tried_with_the_modes_that_truncation_keeps(tmp_path):
+    file = exported(tmp_path / "rotor.h5", {"blades": 5, "modes": 40})
+    own = scene(file=str(file), blades=5, truncation=0.05, kind="rigid")
+    few, many = (resolve(pinned(applied(own, {"truncation": share})))
+                 for share in (1.0, 1e-3))  # fmt: skip
+    for case in (few, many):
+        given = applied(own, {"truncation": case.given.solver.truncation})
+        assert case.model is resolve(given).model  # what the setting alone computes
+    assert len(few.model.rotor.omega) < len(many.model.rotor.omega)
+    whole = resolve(apply_settings(own, {"truncation": 0.0})).model.rotor
+    assert len(resolve(reference_of(own)).model.rotor.omega) == len(whole.omega)
+    tried = [Setting("one", f"{share:g}", {"truncation": share})
+             for share in (0.5, 0.499, 1e-3)]  # fmt: skip
+    tried += settings_of(["families", "blade"])[1:]
+    found = distinct(computations({"any": own}, tried))
+    assert [one.label for one in found[:2]] == ["0.5 = 0.499", "0.001"]
+    assert all("no effect" in one.refused["any"] for one in found[2:])
+    assert len(found[2:]) == len(tried[3:])
 
 
 @pytest.mark.usefixtures("cheap")
