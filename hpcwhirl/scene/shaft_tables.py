@@ -172,7 +172,7 @@ def text_of(given: Mapping[str, Any], name: str, unequal: str = KEPT) -> str:
         _check(line)
         if unequal == MEAN:
             line["supports"] = _mean(line["supports"])
-        if added := [_alike(*one, unequal) for one in line.pop("added")]:
+        if added := [_alike(one, unequal) for one in line.pop("added")]:
             line["added"] = added
     except ValueError as failed:
         raise ValueError(f"{name}: {failed}") from None
@@ -508,14 +508,13 @@ def _check(line: Mapping[str, Any]) -> None:
     must(are_fit, "its numbers must be finite and >= 0")
 
 
-def _alike(
-    where: str, node: int, foot: int, xx: float, yy: float, unequal: str
-) -> list[Any]:
+def _alike(given: list[Any], unequal: str) -> list[Any]:
     """Return the row of an added mass that is the same along x and y.
 
-    where, node, foot : bearing in messages; as of its support
-    xx, yy : kg; unequal : as of `text_of`
+    given : bearing in messages; node and pedestal of its support; mxx, myy, kg
+    unequal : as of `text_of`
     """
+    where, node, foot, xx, yy = given
     told = f'{where}: mxx must equal myy, got {xx:g} and {yy:g} kg; unequal = "{MEAN}" '
     must(xx == yy or unequal == MEAN, f"{told}takes their mean")
     return [node, foot, (xx + yy) / 2]
