@@ -281,9 +281,9 @@ def _of_points(rotor: wave_types.PointsRotor, points: int, touching: float) -> C
         n_c for N blades with n_c points each
     touching : mean number of points in contact
 
-    A wave takes 8 operations, a point 3. The four rows of a touching point take 2 for
+    A wave takes 8 operations, a point 3. The rows of a touching point take 2 for
     each entry. With equal sectors each of the n_c points of a tip at which a blade
-    touches takes 36 for each row and slot, once for all blades, and each wave 16 more.
+    touches takes 16 for each row and slot, once for all blades, and each wave 24 more.
     """
     rows, folded = rotor.rows, 2.0 * widths(points)[1]
     step, size = 4 * len(rotor.ahead) + 3 * folded, 2 * len(rotor.ahead) + 5 * folded
@@ -291,11 +291,12 @@ def _of_points(rotor: wave_types.PointsRotor, points: int, touching: float) -> C
         own = min(rows.each, touching)
         turned = 6 * len(rows.turns) / (points // rows.each) * touching
         all_waves = (touching > 0.0) * (len(rows.move) + len(rows.give))
-        step += 18 * own * len(rows.read) / rows.each + 8 * all_waves + 2 * turned
+        step += 8 * own * len(rows.read) / rows.each + 12 * all_waves + 2 * turned
         size += own * (2 * len(rows.read) + len(rows.push)) / rows.each
         return Counts(step, 8 * (size + all_waves + turned))
-    own_rows = rows.read, rows.push, rows.opens, rows.slides
-    more = sum(map(len, own_rows)) * touching / points
+    slides = 0 if len(rows.moves) else len(rows.slides)
+    more = len(rows.read) + len(rows.push) + len(rows.turned) + slides
+    more *= touching / points
     return Counts(step + 2 * more, 8 * (size + more))
 
 

@@ -99,5 +99,5 @@ def test_supports_push_only_the_waves_that_move_the_centre():
         equal.at.rotor_at(np.flatnonzero(equal.rotor.there[:, 1]), 1),
     )
     assert slots <= FOUR  # so that one group has all waves
-    pushed = uneven.arrays.rotor.support.gives.reshape(-1, 2, FOUR).any(axis=1)
+    pushed = uneven.arrays.rotor.support.gives.reshape(-1, 2, 2, FOUR).any(axis=1)
     assert np.count_nonzero(pushed) > 2 * equal.rotor.there[:, 1].sum()  # re, im

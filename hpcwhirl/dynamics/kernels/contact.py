@@ -367,6 +367,12 @@ def slips_now(counter):
     return counter[LAST] == counter[STEP] and counter[TOUCHED] % SLIP_EVERY == 1
 
 
+@inlined
+def slips_next(counter):
+    """Return whether `slips_now` holds after this step, in which blades touch."""
+    return (counter[TOUCHED] + 1) % SLIP_EVERY == 1
+
+
 @part
 def note_slip(both, step, ledger):
     """Raise ledger[SLIP] to the slip, m/s, of a tip in contact, if this is larger.

@@ -67,7 +67,9 @@ from hpcwhirl.dynamics.kernels.vectors import (
     fma,
     get,
     load,
+    load_both,
     store,
+    store_both,
     total_of,
 )
 
@@ -363,7 +365,7 @@ def turned_by_steps(support, number, turned):
     turned : (3,), in and out: re and im at such a step; its number
     """
     size = len(support.turns) // 2
-    after = number % size
+    after = number & (size - 1)  # the size is a power of 2
     if turned[2] != number - after:
         stand = support.stand
         whole = turned_at(stand.speed[0] * ((number - after) * stand.step))
@@ -426,45 +428,55 @@ def push_group(gives, at, size, x, y, q):
         store(q, m, fma(load(gives, at + 2 * m), x, gained))
 
 
+@inlined
+def give_shaft(support, push, sign, q, half):
+    """Add the change by the supports' forces times `sign` to amplitudes q of waves.
+
+    support, push : `loop.wave_types.PointsSupport`; N, the forces, x and y
+    q, half : amplitudes, `half` real parts, then the imaginary ones
+    """
+    which, gives, at = support.which, support.gives, 0
+    for p in range(len(support.stand.film)):
+        x, y = broadcast(sign * push[2 * p]), broadcast(sign * push[2 * p + 1])
+        for i in range(len(which)):
+            m = get(which, i)
+            re, im = load_both(q, half, m)
+            re, im = fma(load(gives, at), x, re), fma(load(gives, at + FOUR), x, im)
+            at += 2 * FOUR
+            re, im = fma(load(gives, at), y, re), fma(load(gives, at + FOUR), y, im)
+            at += 2 * FOUR
+            store_both(q, half, m, (re, im))
+
+
 @part
-def hold_shaft(support, q, number, turned, before, push):
+def hold_shaft(support, q, number, turned, push):
     """Apply the supports' forces in a step to the amplitudes q of waves.
 
     support : `loop.wave_types.PointsSupport`
     q : amplitudes, in and out: in those after the step without forces
     number, turned : as in `turned_by_steps`, at the step's start
-    before : (4 b,), out: the amplitudes that change, as they were
     push : (room,), N, out: the forces, x and y, see `add_support`
     """
     zero, which, stand = broadcast(0.0), support.which, support.stand
-    count, when = len(stand.film), directions(support, number, turned)
-    for i in range(len(which)):
-        store(before, FOUR * i, load(q, get(which, i)))
-    for p in range(count):
+    reads, half, at = support.reads, len(q) // 2, 0
+    when = directions(support, number, turned)
+    for p in range(len(stand.film)):
         a, b, c, d, e, f, g, h = zero, zero, zero, zero, zero, zero, zero, zero
-        reads = support.reads[4 * FOUR * len(which) * p :]
-        for i in range(0, len(which), 2):  # eight sums hide the latency of the units
-            one, two = load(before, FOUR * i), load(before, FOUR * (i + 1))
-            at, on = 4 * FOUR * i, 4 * FOUR * (i + 1)
-            a, e = fma(load(reads, at), one, a), fma(load(reads, on), two, e)
-            at, on = at + FOUR, on + FOUR
-            b, f = fma(load(reads, at), one, b), fma(load(reads, on), two, f)
-            at, on = at + FOUR, on + FOUR
-            c, g = fma(load(reads, at), one, c), fma(load(reads, on), two, g)
-            at, on = at + FOUR, on + FOUR
-            d, h = fma(load(reads, at), one, d), fma(load(reads, on), two, h)
+        for i in range(len(which)):  # eight sums hide the latency of the units
+            re, im = load_both(q, half, get(which, i))
+            a, e = fma(load(reads, at), re, a), fma(load(reads, at + FOUR), im, e)
+            at += 2 * FOUR
+            b, f = fma(load(reads, at), re, b), fma(load(reads, at + FOUR), im, f)
+            at += 2 * FOUR
+            c, g = fma(load(reads, at), re, c), fma(load(reads, at + FOUR), im, g)
+            at += 2 * FOUR
+            d, h = fma(load(reads, at), re, d), fma(load(reads, at + FOUR), im, h)
+            at += 2 * FOUR
         place = complex(total_of(a + e), total_of(b + f))
         moving = complex(total_of(c + g), total_of(d + h))
         add_support(stand, p, place, moving, when, push)
     solve_supports(stand, push)
-    for i in range(support.used):
-        held = load(before, FOUR * i)
-        for p in range(count):
-            at = 2 * FOUR * (support.used * p + i)
-            held = fma(load(support.gives, at), broadcast(push[2 * p]), held)
-            at = at + FOUR
-            held = fma(load(support.gives, at), broadcast(push[2 * p + 1]), held)
-        store(q, get(which, i), held)
+    give_shaft(support, push, 1.0, q, half)
 
 
 @part

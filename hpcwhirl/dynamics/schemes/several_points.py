@@ -22,7 +22,6 @@ from hpcwhirl.dynamics.bodies.motion import (
     amplitudes,
     lowering,
 )
-from hpcwhirl.dynamics.bodies.operators import friction_with_sign
 from hpcwhirl.dynamics.bodies.turning import added_by, included_in
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
@@ -150,8 +149,7 @@ class BothAsWaves(Integrator):
         work = aligned_zeros(len(state.rotor))[0]
         energy = sum(energies_of_points(self.arrays.rotor, state.rotor, work))
         normal, drag, given = state.sums_b
-        friction = friction_with_sign(self.scene)
-        return Balance(energy, given - energy, normal / 2, friction * drag / 2)
+        return Balance(energy, given - energy, normal / 2, drag / 2)
 
     def motion(self, state: CyclicState, steps: int) -> Motion:
         """Return displacements and velocities of rotor and casing in a given state.

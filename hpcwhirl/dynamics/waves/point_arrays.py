@@ -385,8 +385,7 @@ class Reads:
             index=slots.index,
             size=slots.size,
         )
-        numbers = self.numbers(self.out, self.w), self.numbers(self.side, self.u)
-        rows = sector_rows(slots, blade, numbers)
+        rows = sector_rows(slots, blade, self.numbers(self.side, self.u))
         return replace(turned, waves=placed, slots=slots), rows
 
     def _told(self) -> Complexes:

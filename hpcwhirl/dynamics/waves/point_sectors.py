@@ -362,14 +362,12 @@ def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
     return Slots(blades, diameter, row, single, pairs, other)
 
 
-def sector_rows(
-    slots: Slots, blade: BladeRows, numbers: tuple[Floats, Floats]
-) -> SectorRows:
+def sector_rows(slots: Slots, blade: BladeRows, numbers: Floats) -> SectorRows:
     """Return the coefficients of the kernel `points` for a rotor of equal sectors.
 
     slots, blade : place of each wave; motion of the points of blade 0 by the waves
-    numbers : (points, padded) each, m/N, motions over two steps by unit forces: of
-        gaps, and along the casing
+    numbers : (points, padded), m/N, motions along the casing over two steps by unit
+        forces
     """
     single, pairs, k, blades = slots.single, slots.pairs, slots.k, slots.blades
     alike, groups = single + pairs, -(-blades // FOUR)
@@ -380,7 +378,7 @@ def sector_rows(
     arrays = (
         slots.laid(blade.read, alike), slots.laid(blade.slide, alike),
         slots.laid(blade.push, single), slots.laid(blade.before, alike + pairs),
-        slots.laid(blade.move[None], alike), gives[single:], *numbers, turns,
+        slots.laid(blade.move[None], alike), gives[single:], numbers, turns,
         lanes.reshape(groups, FOUR, 2 * k).swapaxes(1, 2),
     )  # fmt: skip
     flat = all_aligned([np.ravel(array) for array in arrays])

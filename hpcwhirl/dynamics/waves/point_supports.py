@@ -22,7 +22,7 @@ from hpcwhirl.scene import Scene
 
 LEAST = 1e-13  # share of the largest coefficient below which others are round-off
 NONE = np.zeros(0)
-NOTHING = PointsSupport(np.zeros(0, np.int64), 0, *(NONE,) * 5, ALIKE)
+NOTHING = PointsSupport(np.zeros(0, np.int64), *(NONE,) * 5, ALIKE)
 NO_SLOT = SlotSupport(*(NONE,) * 6, -1, 1, ALIKE)
 STEPS = 64  # in the table of the supports' directions
 
@@ -55,18 +55,17 @@ def support_arrays(
     sizes = [np.abs(part).max(axis=(0, 1)) for part in parts]
     felt = [size > LEAST * size.max(initial=0.0) for size in sizes]
     used = np.flatnonzero(np.any(felt, axis=0))
-    blocks = np.unique(both[used] // FOUR)
+    blocks = np.unique(both[used] % waves.half // FOUR)
     laid = np.zeros((len(hub) // 2, 6, 2 * waves.half))
     laid[:, :, both[used]] = np.concatenate(parts, axis=1)[:, :, used]
-    fours = laid.reshape(len(laid), 6, -1, FOUR)[:, :, blocks].swapaxes(1, 2)
-    extra = len(blocks) % 2
-    reads = np.pad(fours[:, :, :4], ((0, 0), (0, extra), (0, 0), (0, 0)))
-    first, *others = all_aligned([
-        np.pad(FOUR * blocks, (0, extra)).astype(np.int64), reads.ravel(),
+    fours = laid.reshape(len(laid), 6, 2, -1, FOUR)[:, :, :, blocks]
+    fours = np.moveaxis(fours, 3, 1)
+    arrays = all_aligned([
+        FOUR * blocks.astype(np.int64), fours[:, :, :4].ravel(),
         fours[:, :, 4:].ravel(), _directions(scene),
         *np.hypot(bounds[:, ::2], bounds[:, 1::2]),
     ])  # fmt: skip
-    return PointsSupport._make([first, len(blocks), *others, stand])
+    return PointsSupport._make([*arrays, stand])
 
 
 def _directions(scene: Scene) -> Floats:

@@ -34,6 +34,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     gap_at,
     note_slip,
     slides_at,
+    slips_next,
     slips_now,
     write_sample,
 )
@@ -59,13 +60,12 @@ from hpcwhirl.dynamics.kernels.loop.point_rows import (
     begin_moves,
     book_points,
     clear_forces,
-    push_points,
     read_close,
     read_every,
     turn_points,
 )
 from hpcwhirl.dynamics.kernels.loop.point_slides import (
-    drag_points,
+    book_rest,
     is_loose,
     put_rest,
     slide_points,
@@ -93,16 +93,18 @@ from hpcwhirl.dynamics.kernels.loop.whole import (
 )
 from hpcwhirl.dynamics.kernels.samples import note_miss_folded
 from hpcwhirl.dynamics.kernels.shape import faded
-from hpcwhirl.dynamics.kernels.standing import hold_shaft, room_of
+from hpcwhirl.dynamics.kernels.standing import give_shaft, hold_shaft, room_of
 from hpcwhirl.dynamics.kernels.vectors import (
     EIGHT,
     FOUR,
+    add_six,
+    add_two,
     all_aligned,
     broadcast,
     fma,
-    get,
     load,
     store,
+    store_six,
     total_of,
 )
 
@@ -146,18 +148,6 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
 
 
 @inlined
-def let_go(support, spare, q, held):
-    """Copy the amplitudes q to `spare` without the supports' forces of the step.
-
-    support, held : as support, before in `standing.hold_shaft`, which set the latter
-    spare : (m,) or more, out
-    """
-    begin_moves(spare, q, len(q))
-    for i in range(support.used):
-        store(spare, get(support.which, i), load(held, FOUR * i))
-
-
-@inlined
 def open_tips(push, where, active, opening, tips):
     """Add the change of all gaps by the contact forces of a step to `tips`.
 
@@ -168,11 +158,19 @@ def open_tips(push, where, active, opening, tips):
         in folded order
     """
     width = len(tips)
-    for v in range(0, width, FOUR):
-        tip = load(tips, v)
-        for i in range(active):
-            tip = fma(load(opening, where[i] * width + v), broadcast(push[i]), tip)
-        store(tips, v, tip)
+    whole = width - width % (6 * FOUR)
+    for v in range(0, whole, 6 * FOUR):
+        six = (
+            load(tips, v), load(tips, v + FOUR),
+            load(tips, v + 2 * FOUR), load(tips, v + 3 * FOUR),
+            load(tips, v + 4 * FOUR), load(tips, v + 5 * FOUR),
+        )  # fmt: skip
+        store_six(tips, v, add_six(push, where, active, opening, width, v, six))
+    for v in range(whole, width, 2 * FOUR):
+        two = load(tips, v), load(tips, v + FOUR)
+        two = add_two(push, where, active, opening, width, v, two)
+        store(tips, v, two[0])
+        store(tips, v + FOUR, two[1])
 
 
 @does(farthest, SectorRows)
@@ -236,7 +234,7 @@ def note_slips_of_points(state, step):
 @does(sample, SectorRows)
 @does(sample, PointRows)
 @rare
-def sample_points(rows, rotor, wall, mu, step, _speed, state, space, keep, judge,
+def sample_points(rows, rotor, wall, _mu, step, _speed, state, space, keep, judge,
                   tracks):  # fmt: skip
     """Write the state of a step to the traces or to the evidence, for points on tips.
 
@@ -274,7 +272,7 @@ def sample_points(rows, rotor, wall, mu, step, _speed, state, space, keep, judge
     energies = energies_of_points(rotor, q, space.spare)
     copy_to(whole, ledger)
     whole[ROTATION] += 0.5 * sums[0]
-    whole[FRICTION] += 0.5 * mu * sums[1]
+    whole[FRICTION] += 0.5 * sums[1]
     write_sample(
         counter, whole, state.impulse, tips, space.casing, energies,
         sums[2] - (energies[0] + energies[1]), keep, judge, tracks,
@@ -318,17 +316,16 @@ def advance_points(rows, rotor, _wall, step, _speed, state, space):
     if slips_now(counter):
         note_slips_of_points(state, step)
     if stands:
-        number, turned = counter[STEP], space.turned
-        hold_shaft(rotor.support, q, number, turned, space.held, space.push)
+        hold_shaft(rotor.support, q, counter[STEP], space.turned, space.push)
 
 
 @inlined
 def begin_free(rotor, q, space):
     """Copy the amplitudes to space.spare as they are before any force of the step."""
+    spare, modes = space.spare, len(rotor.ahead)
+    begin_moves(spare, q, modes)
     if len(rotor.support.which) > 0:
-        let_go(rotor.support, space.spare, q, space.held)
-    else:
-        begin_moves(space.spare, q, len(rotor.ahead))
+        give_shaft(rotor.support, space.push, -1.0, spare, modes // 2)
 
 
 @does(kick, SectorRows)
@@ -431,7 +428,7 @@ def touch_points(rows, rotor, contact, wall, mu, step, speed, thrust, angle, eve
         active = solved(whole, row - row, lowest, points, wide, solver)
     loose = False
     if active > 0 and is_loose(contact.slides):
-        apart = keep_free(rotor, thrust, q, space)
+        apart = keep_free(rotor, thrust, False, q, space)
         free = space.spare[: len(rotor.ahead)] if apart else q
         moves = slides_at(wall, speed, contact.slides.law.radius, time, step)
         active, loose = slide_points(
@@ -446,15 +443,17 @@ def touch_points(rows, rotor, contact, wall, mu, step, speed, thrust, angle, eve
 
 
 @inlined
-def keep_free(rotor, thrust, q, space):
+def keep_free(rotor, thrust, apart, q, space):
     """Return whether amplitudes without any force of the step are in space.spare.
 
     Else pulse and supports exert none, and they are q.
+
+    apart : whether a copy is needed in any case
     """
-    stands = len(rotor.support.which) > 0
-    if stands and thrust == 0.0:
+    apart = apart or len(rotor.support.which) > 0
+    if apart and thrust == 0.0:
         begin_free(rotor, q, space)
-    return stands or thrust != 0.0
+    return apart or thrust != 0.0
 
 
 @inlined
@@ -477,20 +476,20 @@ def act_points(rows, rotor, slides, mu, step, thrust, angle, active, loose, stat
         spare[at + 2 + i] = space.push[i]
     for i in range(active):
         spare[modes + where[i]] = push[i]
-    if loose:
-        put_rest(space, active, at + 2 + 2 * len(rotor.support.nudge))
     older = (counter[STEP] + 1) % 3 * 2 * wide
     open_tips(push, where, active, solver.rows, space.out)
-    free = spare[:modes] if keep_free(rotor, thrust, q, space) else q
+    free = spare[:modes] if keep_free(rotor, thrust, loose, q, space) else q
+    if loose:
+        put_rest(slides, active, at + 2 + 2 * len(rotor.support.nudge), q, space)
     book_points(
-        rows, push, where, active, free, spare, mu, counter[STEP], gaps, older, before,
-        state.sums_b, state.lam, space.spectra,
+        rows, push, where, active, free, q, spare, mu, counter[STEP],
+        loose or slips_next(counter), gaps, older, before, state.sums_b, state.lam,
+        space.spectra,
     )  # fmt: skip
     stay_open(state, where, active)
     close_from(state.entered, where, active, before)
-    push_points(rows, push, where, active, q, space.spectra)
     if loose:
-        drag_points(slides, active, state, space)
+        book_rest(active, state, space)
     for i in range(active):
         space.bounds[DRIFT] += push[i] * rotor.rush[where[i]]
     book_contacts(
@@ -528,11 +527,11 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
         ("radial", rotor.radial, points * modes),
         ("along", rotor.along, points * modes),
         ("clear", arrays.contact.clear, 2 * wide),
-        ("reads", rotor.support.reads, 4 * supports * FOUR * len(rotor.support.which)),
-        ("gives", rotor.support.gives, 2 * supports * FOUR * rotor.support.used),
+        ("reads", rotor.support.reads, 8 * supports * FOUR * len(rotor.support.which)),
+        ("gives", rotor.support.gives, 4 * supports * FOUR * len(rotor.support.which)),
         *sizes_of_rows(rotor.rows, points, modes, width),
     ])  # fmt: skip
-    check_places("points", modes - FOUR + 1, {"which": rotor.support.which})
+    check_places("points", modes // 2 - FOUR + 1, {"which": rotor.support.which})
     slides = arrays.contact.slides
     loose = len(slides.drag) > 0
     check_sizes("slides", [
@@ -542,12 +541,12 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
     solver = constant_space(points, wide, arrays.contact.w, state.known)
     sectors = isinstance(rotor.rows, SectorRows)
     room = room_of_sectors(rotor.rows) if sectors else modes
-    sizes = width, room, *(2 * wide,) * 3, FOUR * len(rotor.support.which)
-    spare, spectra, out, again, opened, held = all_aligned([*map(np.zeros, sizes)])
+    sizes = width, room, *(2 * wide,) * 3
+    spare, spectra, out, again, opened = all_aligned([*map(np.zeros, sizes)])
     return PointsSpace(
         spare, spectra, np.zeros(points), solver, out, again, opened,
         np.zeros((points + 1, 2)), np.zeros(len(rotor.casing)),
-        np.zeros_like(state.ledger), held, np.full(3, -1.0),
+        np.zeros_like(state.ledger), np.full(3, -1.0),
         np.zeros(room_of.py_func(stand)), np.zeros(2),
         layer_space.py_func(len(state.entered)),
         coulomb_space.py_func(points * (len(arrays.contact.slides.drag) > 0), 0),
@@ -580,7 +579,7 @@ def sizes_of_rows(
     wanted = [
         rows.each * alike * slot, rows.each * alike * slot,
         rows.each * rows.single * slot, rows.each * waves * slot, alike * slot,
-        2 * rows.pairs * slot, forces, forces, blades * slot,
+        2 * rows.pairs * slot, forces, blades * slot,
         -(-blades // FOUR) * FOUR * slot,
     ]  # fmt: skip
     arrays: Any = rows[: len(wanted)]  # without the numbers that follow the arrays

@@ -15,7 +15,6 @@ from hpcwhirl.dynamics.kernels.loop.wave_types import PointRows
 from hpcwhirl.dynamics.kernels.loop.whole import (
     add_rows,
     four_sums,
-    moved_by,
     read_all,
     read_near,
     sum_four,
@@ -81,38 +80,31 @@ def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra,
 
 
 @verb
-def book_points(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
-                held, spectra):  # fmt: skip
-    """Enter the works of a step's contact forces; find the points' gaps at step n - 1.
+def book_points(rows, push, where, active, free, q, spare, mu, step, slips, gaps, row,
+                before, sums, held, spectra):  # fmt: skip
+    """Enter the works of a step's contact forces, and add what they change to waves.
 
-    The gap of a point that was in contact at step n - 1, too, is 0.
+    Also find the points' gaps at step n - 1; that of a point that was in contact at
+    step n - 1, too, is 0.
 
     Parameters
     ----------
     rows : coefficients of the points
     push, where, active : multipliers, N, of the points where[:active]
-    q : (m,), amplitudes of the waves before any force of the step acts
-    spare : (width,), its last entries are the forces, N, the others work space
+    free, q : (m,) each, amplitudes of the waves: before any force of the step acts,
+        which may be q itself; in and out: before the contact forces act, and after
+    spare : (width,), its last entries are the forces, N
     mu, step : friction with the sign of the speed; number of the step
+    slips : whether the points' motions along the casing are needed, see `held`
     gaps, row : clearances at step n - 1, without waves, m, from gaps[row] on
     before : (points,), out: gaps at step n - 1, m
-    sums : (3,), J, in and out: twice the work of normal forces; twice that of friction,
-        divided by mu; what contact has added to energy and damping loss together
+    sums : (3,), J, in and out: twice the work of normal forces; twice that of friction;
+        what contact has added to energy and damping loss together
     held : (HELD padded,), part of the state. First, for each point, its motion along
-        the casing from step n - 1 to n + 1 when it was last in contact, m. Then three
-        rows, for steps n, n + 1, n + 2 in turn: 2 plus the number of the step in which
-        the point was in contact, so that 0 means never; times -1 if then coefficients
-        or the casing's shape have changed
-    """
-
-
-@verb
-def push_points(rows, push, where, active, q, spectra):
-    """Add the change by the contact forces of a step to the amplitudes q of waves.
-
-    rows, q : coefficients of the points; (m,), amplitudes of the waves
-    push, where, active : multipliers, N, of the points where[:active]
-    spectra : in: as set by `book_points`
+        the casing from step n - 1 to n + 1, m, when it was last in contact in a step
+        with `slips`. Then three rows, for steps n, n + 1, n + 2 in turn: 2 plus the
+        number of the step in which the point was in contact, so that 0 means never;
+        times -1 if then coefficients or the casing's shape have changed
     """
 
 
@@ -181,20 +173,29 @@ def times_all(factors, q, half, size, out):
 
 
 @inlined
-def give_all(factors, forces, half, size, q):
-    """Add to complex amplitudes q the modal forces times complex factors.
+def give_all(rows, forces, half, size, free, q):
+    """Add the effect of modal forces to complex amplitudes; return their work twice, J.
 
-    factors, q : (2 half,), re, then im
+    The work is that on the motion from step n - 1 to n + 1, which is that of the free
+    amplitudes and what all forces of the step change.
+
+    rows : `PointRows`, of which `moves` and `gives`
     forces, size : (size,) or more, re, then im, of which those after `size` are 0
+    free, q : (2 half,), re, then im, as in `book_points`
     """
+    work = beside = broadcast(0.0)
     for m in range(0, half, FOUR):
-        (re, im), (a, b) = load_both(q, half, m), load_both(factors, half, m)
+        (re, im), (a, b) = load_both(q, half, m), load_both(rows.gives, half, m)
+        (x, y), (c, d) = load_both(free, half, m), load_both(rows.moves, half, m)
         force = load(forces, m)
         re, im = fma(a, force, re), fma(b, force, im)
         if half + m < size:
-            beside = load(forces, half + m)
-            re, im = fnma(b, beside, re), fma(a, beside, im)
+            other = load(forces, half + m)
+            re, im = fnma(b, other, re), fma(a, other, im)
+            beside = fma(other, fma(d, x, fma(c, y, im - y)), beside)
+        work = fma(force, fnma(d, y, fma(c, x, re - x)), work)
         store_both(q, half, m, (re, im))
+    return total_of(work + beside)
 
 
 @does(turn_points, PointRows)
@@ -233,52 +234,60 @@ def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _,
 
 @does(book_points, PointRows)
 @inlined
-def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
-              held, spectra):  # fmt: skip
-    """Enter the works of contact forces in `sums`; set the points' gaps at step n - 1.
+def book_rows(rows, push, where, active, free, q, spare, mu, step, slips, gaps, row,
+              before, sums, held, spectra):  # fmt: skip
+    """Enter the works of contact forces in `sums`, and add what they change to waves.
 
-    The implementation of `book_points`, with its arguments, for unequal sectors.
+    The implementation of `book_points`, with its arguments, for unequal sectors. Where
+    a wave has a factor `moves`, the work of friction is that of all modal forces less
+    that of normal forces, so that no row gives the motion along the casing.
     """
     points, width, modes = len(before), len(spare), len(q)
-    wide, padded = len(gaps) // 6, len(held) // 4
+    wide, padded, half = len(gaps) // 6, len(held) // 4, len(q) // 2
     now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
-    begin_moves(spare, q, modes)
-    apart = len(rows.moves) > 0
+    apart, normal, drag = len(rows.moves) > 0, 0.0, 0.0
     size = len(rows.push) // points if apart else modes
-    if apart:
-        times_all(rows.moves, q, modes // 2, size, spectra)
+    if apart and slips:
+        times_all(rows.moves, free, half, size, spectra)
     for i in range(active):
         j = where[i]
         place, before[j] = place_of(j, points, wide), 0.0
         if held[then + j] == step:  # both gaps are closed
             opened = gaps[row + place] - gaps[step % 3 * 2 * wide + place]
-            opened += turned_by(rows.turned, j, points, spare, modes // 2)
+            opened += turned_by(rows.turned, j, points, free, half)
         else:
             if held[then + j] != -step:
-                was = tip_by_waves(rows.before, j, spare, modes)
+                was = tip_by_waves(rows.before, j, free, modes)
                 before[j] = gaps[row + place] + was
-            opened = moved_by(rows.opens, j * width, spare, modes)
+            at = j * width
+            opened = sum_four(four_sums(rows.opens, at, free, modes))
+            opened += by_forces(rows.opens, at + modes, spare, modes)
         held[now + j] = step + 2
-        at = j * (size + width - modes)
-        slid = four_sums(rows.slides, at, spectra if apart else spare, size)
-        held[j] = sum_four(slid) + by_forces(rows.slides, at + size, spare, modes)
-        sums[0] += push[i] * opened
-        sums[1] += push[i] * held[j]
-        sums[2] += 0.5 * push[i] * (opened + mu * held[j])
+        normal += push[i] * opened
+        if slips or not apart:
+            at = j * (size + width - modes)
+            slid = four_sums(rows.slides, at, spectra if apart else free, size)
+            held[j] = sum_four(slid) + by_forces(rows.slides, at + size, spare, modes)
+            drag += push[i] * held[j]
+    drag = mu * drag
+    if apart:
+        work = push_modes(rows, push, where, active, size, free, q, spectra)
+        drag = work - normal if mu != 0.0 else 0.0
+    else:
+        add_rows(rows.push, push, where, active, q, modes)
+    sums[0] += normal
+    sums[1] += drag
+    sums[2] += 0.5 * (normal + drag)
 
 
-@does(push_points, PointRows)
 @inlined
-def push_rows(rows, push, where, active, q, spectra):
-    """Add the change by the contact forces of a step to the amplitudes q of waves.
+def push_modes(rows, push, where, active, size, free, q, forces):
+    """Add the effect of contact forces by modal forces; return their work twice, J.
 
-    The implementation of `push_points`, with its arguments, for unequal sectors.
+    rows, push, where, active, free, q : as in `book_points`
+    size, forces : number of modal forces; (size,) or more, work space
     """
-    if len(rows.gives) == 0:
-        add_rows(rows.push, push, where, active, q, len(q))
-        return
-    size = len(rows.push) // (len(where) - 1)
     for m in range(0, size, FOUR):
-        store(spectra, m, broadcast(0.0))
-    add_rows(rows.push, push, where, active, spectra, size)
-    give_all(rows.gives, spectra, len(q) // 2, size, q)
+        store(forces, m, broadcast(0.0))
+    add_rows(rows.push, push, where, active, forces, size)
+    return give_all(rows, forces, len(q) // 2, size, free, q)

@@ -108,27 +108,32 @@ def slide_points(rows, contact, mu, speed, moves, free, row, active, state, spac
 
 
 @part
-def put_rest(space, active, at):
-    """Write the rest of friction to the forces of a step, space.spare from `at` on."""
-    for s in range(active):
-        space.spare[at + space.solver.where[s]] = space.friction.slides[s]
+def put_rest(slides, active, at, q, space):
+    """Write the rest of friction to the forces of a step; apply it to waves and gaps.
 
-
-@part
-def drag_points(slides, active, state, space):
-    """Apply the rest of friction to waves and gaps; enter its work.
-
-    The points' motions along the casing are the first entries of state.lam.
+    at : index of its first force in space.spare
+    q : amplitudes of the waves, in and out
     """
     rest, where, out = space.friction.slides, space.solver.where, space.out
-    points, wide, q, work = len(slides.rush), len(space.out) // 2, state.rotor, 0.0
+    points, wide = len(slides.rush), len(space.out) // 2
     for s in range(active):
         j = where[s]
-        work += 0.5 * rest[s] * state.lam[j]
+        space.spare[at + j] = rest[s]
         space.bounds[0] += abs(rest[s]) * slides.rush[j]
         for i in range(2 * wide):
             own = blade_at(i, points, wide)
             out[i] += rest[s] * slides.law.rotor[points + j, own]
+    add_rows(slides.drag, rest, where, active, q, len(q))
+
+
+@part
+def book_rest(active, state, space):
+    """Enter the work of the rest of friction.
+
+    The points' motions along the casing are the first entries of state.lam.
+    """
+    rest, where, work = space.friction.slides, space.solver.where, 0.0
+    for s in range(active):
+        work += 0.5 * rest[s] * state.lam[where[s]]
     state.ledger[FRICTION] += work
     state.sums_b[2] += work
-    add_rows(slides.drag, rest, where, active, q, len(q))

@@ -23,7 +23,6 @@ from hpcwhirl.dynamics.kernels.compiled import does, inlined, part
 from hpcwhirl.dynamics.kernels.keep_inverse import blade_at, place_of
 from hpcwhirl.dynamics.kernels.loop.point_rows import (
     book_points,
-    push_points,
     read_close,
     read_every,
     turn_points,
@@ -37,7 +36,9 @@ from hpcwhirl.dynamics.kernels.vectors import (
     fnma,
     get,
     load,
+    load_both,
     store,
+    store_both,
     total_of,
 )
 
@@ -69,16 +70,16 @@ def layout(rows):
     """Return the indices in the work array `spectra` of gaps' spectra and of flags.
 
     `spectra` has, in this order: the amplitudes, or the motion over two steps, of waves
-    and pairs of waves; their change by contact forces; spectra of the gaps of the n_c
-    points of a tip, then of their motions along the casing, then of their multipliers;
-    a flag for each of the n_c points; a mark for each point of each group of four
-    blades; work space for four tips.
+    and pairs of waves; for the n_c points of a tip, spectra of their gaps, or of their
+    motions along the casing, then of their multipliers; a flag for each of the n_c
+    points; a mark for each point of each group of four blades; work space for four
+    tips.
 
     rows : `wave_types.SectorRows`
     """
     k = slots_of(rows)
-    first = 4 * k * (rows.single + rows.pairs)
-    return first, first + 6 * k * rows.each
+    first = 2 * k * (rows.single + rows.pairs)
+    return first, first + 4 * k * rows.each
 
 
 @inlined
@@ -95,7 +96,7 @@ def room_of_sectors(rows: SectorRows) -> int:
     k = len(rows.move) // (2 * (rows.single + rows.pairs))
     groups = len(rows.lanes) // (2 * k * FOUR)
     marks = -(-rows.each * (groups + 1) // FOUR) * FOUR
-    return 2 * k * (2 * (rows.single + rows.pairs) + 3 * rows.each) + marks + FOUR
+    return 2 * k * (rows.single + rows.pairs + 2 * rows.each) + marks + FOUR
 
 
 @inlined
@@ -147,31 +148,51 @@ def turn_sectors(rows, q, ahead, near, spectra):
 
 
 @inlined
+def moved_wave(rows, m, at, k, q):
+    """Return a wave's motion from step n - 1 to n + 1 without forces, (re, im).
+
+    It is the wave's amplitude times `SectorRows.move`.
+
+    m, at : index of the wave's first amplitude of four; of its factor in `move`
+    k, q : number of slots; amplitudes at step n + 1, before any force of the step acts
+    """
+    zero, re, im = broadcast(0.0), load(q, m), load(q, len(q) // 2 + m)
+    return times(rows.move, at, k, re, im, (zero, zero))
+
+
+@inlined
+def moved_pair(rows, m, at, k, q):
+    """Return the sum of the motions of a pair's two waves, as in `moved_wave`.
+
+    Their factors are conjugates.
+
+    m : index of the amplitudes of the first one
+    """
+    half, n = len(q) // 2, m + rows.pairs * k
+    a, b = load(rows.move, at), load(rows.move, at + k)
+    re, im = load(q, m) + load(q, n), load(q, half + m) + load(q, half + n)
+    other, beside = load(q, m) - load(q, n), load(q, half + m) - load(q, half + n)
+    return fnma(b, beside, a * re), fma(b, other, a * im)
+
+
+@inlined
 def move_alike(rows, q, spectra):
     """Compute the waves' motions over two steps, which contact forces do work on.
 
-    A wave's motion from step n - 1 to n + 1 without forces is its amplitude times
-    `SectorRows.move`. It is written to the start of `spectra`; the two motions of a
-    pair, whose factors are conjugates, are added.
+    They are written to the start of `spectra`; those of a pair are added.
 
     q : amplitudes of the waves at step n + 1, before any force of the step acts
     """
-    k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
-    for f in range(rows.single):
+    k = slots_of(rows)
+    for f in range(rows.single + rows.pairs):
         for c in range(0, k, FOUR):
             m, at = f * k + c, 2 * f * k + c
-            re, im = load(q, m), load(q, half + m)
-            total = times(rows.move, at, k, re, im, (zero, zero))
-            store(spectra, at, total[0])
-            store(spectra, at + k, total[1])
-    for f in range(rows.single, rows.single + pairs):
-        for c in range(0, k, FOUR):
-            m, at = f * k + c, 2 * f * k + c
-            a, b = load(rows.move, at), load(rows.move, at + k)
-            re, other = load(q, m), load(q, m + pairs * k)
-            im, beside = load(q, half + m), load(q, half + m + pairs * k)
-            store(spectra, at, fnma(b, im - beside, a * (re + other)))
-            store(spectra, at + k, fma(b, re - other, a * (im + beside)))
+            if f < rows.single:
+                moved = moved_wave(rows, m, at, k, q)
+            else:
+                moved = moved_pair(rows, m, at, k, q)
+            store(spectra, at, moved[0])
+            store(spectra, at + k, moved[1])
 
 
 @inlined
@@ -212,63 +233,55 @@ def spectrum_of(table, p, alike, k, spectra, to):
 
 
 @inlined
-def begin_or_add(fresh, spectra, at, k):
-    """Return the four complex sums so far to which the next term is to be added.
+def conjugate_times(table, at, k, re, im, total):
+    """Return total + conj(r) (re + i im) for four complex coefficients r at once.
 
-    They are read from `spectra`, re from index `at`, im k further; they are 0 if the
-    sums are `fresh`, begun by this term.
+    The arguments are those of `times`.
     """
-    zero = broadcast(0.0)
-    if fresh:
-        return zero, zero
-    return load(spectra, at), load(spectra, at + k)
+    a, b = load(table, at), load(table, at + k)
+    real, imag = fma(a, re, total[0]), fma(a, im, total[1])
+    return fma(b, im, real), fnma(b, re, imag)
 
 
 @inlined
-def act_on(rows, p, fresh, mu, spectra, to, along, lam):
-    """Compute the motion of one of a tip's points, and how its forces change the waves.
+def forces_on(rows, f, c, k, spectra):
+    """Return the normal forces on a wave or pair in four slots, and friction over mu.
 
-    The spectra of the point's motion from step n - 1 to n + 1, radially and along the
-    casing, m, follow from that of the waves. The change of the waves' amplitudes by the
-    multipliers at the point, and by their friction, is added in `spectra`. For pairs,
-    coefficients of forces are the conjugates of those of the motion.
+    They are (re, im) each, N: the spectra of the multipliers of all of a tip's points
+    times the conjugates of the factors of the motions.
 
-    Parameters
-    ----------
-    rows, p : `wave_types.SectorRows`; number of the point on its tip
-    fresh : whether the change of waves by other points is still 0
-    mu : friction with the sign of the speed
-    spectra : in and out, see `layout`
-    to, along, lam : indices in `spectra` where the spectra of the radial motion, of the
-        motion along the casing and of the multipliers begin
+    f, c : number of the wave or pair in a slot; first of the four slots
     """
-    k, single, zero, rub = slots_of(rows), rows.single, broadcast(0.0), broadcast(mu)
-    alike = single + rows.pairs
-    for c in range(0, k, FOUR):
-        one = two = zero, zero, zero, zero
-        force = load(spectra, lam + c), load(spectra, lam + k + c)
-        for f in range(alike):
-            here, row = 2 * f * k + c, (p * alike + f) * 2 * k + c
-            moved = load(spectra, here), load(spectra, here + k)
-            a, b = load(rows.read, row), load(rows.read, row + k)
-            one = products(a, b, moved, one)
-            r, t = load(rows.slide, row), load(rows.slide, row + k)
-            two = products(r, t, moved, two)
-            there = here + 2 * alike * k
-            change = begin_or_add(fresh, spectra, there, k)
-            if f < single:
-                row = (p * single + f) * 2 * k + c
-                change = times(rows.push, row, k, force[0], force[1], change)
-            else:
-                a, b = fma(rub, r, a), fma(rub, t, b)
-                real, imag = fma(a, force[0], change[0]), fma(a, force[1], change[1])
-                change = fma(b, force[1], real), fnma(b, force[0], imag)
-            store(spectra, there, change[0])
-            store(spectra, there + k, change[1])
-        store(spectra, to + c, one[0] - one[1])
-        store(spectra, to + k + c, one[2] + one[3])
-        store(spectra, along + c, two[0] - two[1])
-        store(spectra, along + k + c, two[2] + two[3])
+    zero, alike, (first, flags) = (
+        broadcast(0.0),
+        rows.single + rows.pairs,
+        layout(rows),
+    )
+    normal, drag = (zero, zero), (zero, zero)
+    for p in range(rows.each):
+        if spectra[flags + p] != 0.0:
+            at, on = (p * alike + f) * 2 * k + c, first + 2 * k * (rows.each + p) + c
+            re, im = load(spectra, on), load(spectra, on + k)
+            normal = conjugate_times(rows.read, at, k, re, im, normal)
+            drag = conjugate_times(rows.slide, at, k, re, im, drag)
+    return normal, drag
+
+
+@inlined
+def pushed_wave(rows, f, c, k, spectra):
+    """Return the change of a wave that is no pair, in four slots, (re, im).
+
+    The arguments are those of `forces_on`.
+    """
+    zero, (first, flags) = broadcast(0.0), layout(rows)
+    change = zero, zero
+    for p in range(rows.each):
+        if spectra[flags + p] != 0.0:
+            at = (p * rows.single + f) * 2 * k + c
+            on = first + 2 * k * (rows.each + p) + c
+            re, im = load(spectra, on), load(spectra, on + k)
+            change = times(rows.push, at, k, re, im, change)
+    return change
 
 
 @inlined
@@ -420,12 +433,11 @@ def gap_before(rows, p, blade, k, q):
 
 @inlined
 def by_forces(table, at, push, where, active, spare, modes, points):
-    """Return what all forces of a step add to the motion of a point over two steps, m.
+    """Return what all forces of a step add to a point's motion over two steps, m.
 
     It is the point's row of `table`, m/N, times the forces, N.
 
-    table, at : `SectorRows.opens` for the radial motion of the point, `slides` for its
-        motion along the casing; index in it where the row of the point begins
+    table, at : `SectorRows.slides`; index in it where the row of the point begins
     push, where, active : multipliers of the points where[:active]
     spare : work array with the forces that are no multipliers, from entry modes +
         points on
@@ -449,7 +461,7 @@ def turn_back(rows, push, where, active, k, spectra):
     k : number of slots
     """
     first, flags = layout(rows)
-    lam = first + 4 * k * rows.each
+    lam = first + 2 * k * rows.each
     for m in range(lam, flags, FOUR):
         store(spectra, m, broadcast(0.0))
     for p in range(rows.each):
@@ -463,31 +475,11 @@ def turn_back(rows, push, where, active, k, spectra):
             store(spectra, at + c, fma(turn, force, load(spectra, at + c)))
 
 
-@inlined
-def act_on_all(rows, push, where, active, mu, spectra):
-    """Compute the motion of points in contact, and how their forces change waves.
-
-    It calls `act_on` for each of a tip's points that is in contact on some blade;
-    results are spectra in `spectra`, see `layout`.
-
-    push, where, active : multipliers, N, of the points where[:active]
-    mu : friction with the sign of the speed
-    """
-    k, (first, flags) = slots_of(rows), layout(rows)
-    turn_back(rows, push, where, active, k, spectra)
-    fresh, apart = True, 2 * k * rows.each
-    for p in range(rows.each):
-        if spectra[flags + p] != 0.0:
-            at = first + 2 * k * p
-            act_on(rows, p, fresh, mu, spectra, at, at + apart, at + 2 * apart)
-            fresh = False
-
-
 @does(book_points, SectorRows)
 @inlined
-def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
-                 held, spectra):  # fmt: skip
-    """Enter the works of contact forces in `sums`; set the points' earlier gaps.
+def book_sectors(rows, push, where, active, free, q, spare, mu, step, slips, gaps, row,
+                 before, sums, held, spectra):  # fmt: skip
+    """Enter the works of contact forces in `sums`, and add what they change to waves.
 
     The implementation of `point_rows.book_points`, with its arguments, for equal
     sectors.
@@ -495,61 +487,88 @@ def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, befor
     points, modes, each = len(before), len(q), rows.each
     wide, padded, k = len(gaps) // 6, len(held) // 4, slots_of(rows)
     now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
-    width, (first, _) = len(rows.opens) // points, layout(rows)
-    move_alike(rows, q, spectra)
-    act_on_all(rows, push, where, active, mu, spectra)
+    width, (first, flags) = len(rows.slides) // points, layout(rows)
+    turn_back(rows, push, where, active, k, spectra)
+    if slips:
+        move_alike(rows, free, spectra)
+        for p in range(each):
+            if spectra[flags + p] != 0.0:
+                alike, at = rows.single + rows.pairs, first + 2 * k * p
+                spectrum_of(rows.slide, p, alike, k, spectra, at)
     for i in range(active):
         j = where[i]
         blade = j // each
         p = j - blade * each
-        at, along = first + 2 * k * p, first + 2 * k * (each + p)
         before[j] = 0.0
         if abs(held[then + j]) != step:
-            was = gap_before(rows, p, blade, k, q)
+            was = gap_before(rows, p, blade, k, free)
             before[j] = gaps[row + place_of(j, points, wide)] + was
         held[now + j] = step + 2
-        opened = at_blade(rows.turns, blade, k, spectra, at)
-        held[j] = at_blade(rows.turns, blade, k, spectra, along)
-        forces, begun = (push, where, active, spare, modes, points), j * width
-        opened += by_forces(rows.opens, begun, *forces)
-        held[j] += by_forces(rows.slides, begun, *forces)
-        sums[0] += push[i] * opened
-        sums[1] += push[i] * held[j]
-        sums[2] += 0.5 * push[i] * (opened + mu * held[j])
+        if slips:
+            forces, begun = (push, where, active, spare, modes, points), j * width
+            held[j] = at_blade(rows.turns, blade, k, spectra, first + 2 * k * p)
+            held[j] += by_forces(rows.slides, begun, *forces)
+    normal, drag = push_sectors(rows, mu, free, q, spectra)
+    sums[0] += normal
+    sums[1] += mu * drag
+    sums[2] += 0.5 * (normal + mu * drag)
 
 
 @inlined
-def add_wave(q, half, m, change):
-    """Add a change to the complex amplitudes of waves m .. m + 3 in q.
+def change_pair(rows, m, at, k, force, q):
+    """Add the change by a force to the amplitudes q of a pair's two waves.
 
-    half, change : number of complex amplitudes in q, re, then im; (re, im), each a
-        vector of four doubles
+    m, at : indices of the first wave's amplitudes of four slots, and of `give` for it
+    force : (re, im), N, on the pair
     """
-    store(q, m, load(q, m) + change[0])
-    store(q, half + m, load(q, half + m) + change[1])
+    zero, half, apart = broadcast(0.0), len(q) // 2, rows.pairs * k
+    for _ in range(2):
+        change = times(rows.give, at, k, force[0], force[1], (zero, zero))
+        store(q, m, load(q, m) + change[0])
+        store(q, half + m, load(q, half + m) + change[1])
+        m, at = m + apart, at + 2 * apart
 
 
-@does(push_points, SectorRows)
 @inlined
-def push_sectors(rows, _push, _where, _active, q, spectra):
-    """Add the change that the contact forces cause to the amplitudes q of the waves.
+def sum_of_pair(rows, m, k, q):
+    """Return the sum of the amplitudes of a pair's two waves, (re, im)."""
+    half, n = len(q) // 2, m + rows.pairs * k
+    return load(q, m) + load(q, n), load(q, half + m) + load(q, half + n)
 
-    The implementation of `point_rows.push_points` for equal sectors.
 
-    spectra : in: as set by `book_sectors`, with the change in it
+@inlined
+def push_sectors(rows, mu, free, q, spectra):
+    """Add the change by the contact forces of a step to the amplitudes q of waves.
+
+    Return twice the works of normal forces, and of friction over mu, J. They are the
+    products of the forces on waves and pairs with the motions from step n - 1 to n + 1,
+    of the free amplitudes and of what all forces of the step change.
+
+    mu, free, q : as in `book_points`
+    spectra : in: spectra of the multipliers and flags, see `layout`
     """
-    k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
-    alike = rows.single + pairs
-    for f in range(rows.single):
+    k, half, single, rub = slots_of(rows), len(q) // 2, rows.single, broadcast(mu)
+    work = rubbed = broadcast(0.0)
+    for f in range(single):
         for c in range(0, k, FOUR):
-            here = 2 * (alike + f) * k + c
-            change = load(spectra, here), load(spectra, here + k)
-            add_wave(q, half, f * k + c, change)
-    for f in range(rows.single, alike):
+            m, at = f * k + c, 2 * f * k + c
+            normal, drag = forces_on(rows, f, c, k, spectra)
+            moved, was = moved_wave(rows, m, at, k, free), load_both(free, half, m)
+            change, re_im = pushed_wave(rows, f, c, k, spectra), load_both(q, half, m)
+            now = re_im[0] + change[0], re_im[1] + change[1]
+            store_both(q, half, m, now)
+            x, y = moved[0] + (now[0] - was[0]), moved[1] + (now[1] - was[1])
+            work = fma(normal[0], x, fma(normal[1], y, work))
+            rubbed = fma(drag[0], x, fma(drag[1], y, rubbed))
+    for f in range(single, single + rows.pairs):
         for c in range(0, k, FOUR):
-            here, at = 2 * (alike + f) * k + c, 2 * (f - rows.single) * k + c
-            re, im = load(spectra, here), load(spectra, here + k)
-            first = times(rows.give, at, k, re, im, (zero, zero))
-            add_wave(q, half, f * k + c, first)
-            second = times(rows.give, at + 2 * pairs * k, k, re, im, (zero, zero))
-            add_wave(q, half, (f + pairs) * k + c, second)
+            m, at = f * k + c, 2 * f * k + c
+            normal, drag = forces_on(rows, f, c, k, spectra)
+            moved, was = moved_pair(rows, m, at, k, free), sum_of_pair(rows, m, k, free)
+            force = fma(rub, drag[0], normal[0]), fma(rub, drag[1], normal[1])
+            change_pair(rows, m, at - 2 * single * k, k, force, q)
+            now = sum_of_pair(rows, m, k, q)
+            x, y = moved[0] + (now[0] - was[0]), moved[1] + (now[1] - was[1])
+            work = fma(normal[0], x, fma(normal[1], y, work))
+            rubbed = fma(drag[0], x, fma(drag[1], y, rubbed))
+    return total_of(work), total_of(rubbed)

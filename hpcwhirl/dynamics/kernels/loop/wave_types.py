@@ -78,8 +78,8 @@ class SectorRows(NamedTuple):
         its first wave, the conjugate of that of its second
     give : (2, pairs, 2, k) flat, change of the first waves of all pairs per unit force
         on the pair, then of the second waves; 0 where a pair has only one wave
-    opens, slides : (P, padded) flat, m/N, d' + d per unit force: the last columns of
-        `opens`, `slides` in `PointRows`
+    slides : (P, padded) flat, m/N, d' + d along the casing per unit force: the last
+        columns of `slides` in `PointRows`
     turns, lanes : (N, 2 k) flat, cos and -sin of each slot at each blade; (N/4, 2 k, 4)
         flat, the same for groups of four blades
     each, single, pairs : n_c; numbers of waves and of pairs in a slot
@@ -91,7 +91,6 @@ class SectorRows(NamedTuple):
     before: Floats
     move: Floats
     give: Floats
-    opens: Floats
     slides: Floats
     turns: Floats
     lanes: Floats
@@ -121,16 +120,17 @@ class PointsEnergy(NamedTuple):
 class PointsSupport(NamedTuple):
     """The s supports whose forces no constant matrix gives, see `standing`.
 
-    In a step these forces, x and y, change some real amplitudes, which are in b blocks
-    of four neighbours; b is 0 without such supports, else a multiple of 2.
+    In a step these forces, x and y, change some complex amplitudes, which are in b
+    blocks of four neighbours; b is 0 without such supports.
 
     Attributes
     ----------
-    which, used : (b,), indices of the first of each four; how many are no padding
-    reads : (s, b, 4, 4) flat, x and y of each support at the step's start in the motion
-        that contact causes, and their velocities without these forces, for unit
-        amplitudes after the free step
-    gives : (s, used, 2, 4) flat, change of the amplitudes by unit forces x and y
+    which : (b,), index of the first of each four
+    reads : (s, b, 4, 2, 4) flat, x and y of each support at the step's start in the
+        motion that contact causes, and their velocities without these forces, for unit
+        re, then im, of the amplitudes after the free step
+    gives : (s, b, 2, 2, 4) flat, change of re, then im, of the amplitudes by unit
+        forces x and y
     turns : (64, 2) flat, e^{-i Omega t} at the first steps, re and im
     nudge, rush : (s,), m/N, bounds of the motion of any point due to a unit force: in
         the step in which it acts; and the increase of the bound given by
@@ -139,7 +139,6 @@ class PointsSupport(NamedTuple):
     """
 
     which: Integers
-    used: int
     reads: Floats
     gives: Floats
     turns: Floats
@@ -253,7 +252,6 @@ class PointsSpace(NamedTuple):
         y_o
     casing : (c,), amplitudes of the c modes of the casing, rotating frame
     ledger : copy of the ledger with all works entered, J
-    held : (4 b,), amplitudes that the supports' forces change, before these act
     turned : (3,), see `standing.turned_by_steps`
     push : (room,), N, forces of s supports, x and y, see `standing.add_support`
     bounds : (2,), m, bound of any point's motion in a step; 1 before any is known
@@ -271,7 +269,6 @@ class PointsSpace(NamedTuple):
     tips: Floats
     casing: Floats
     ledger: Floats
-    held: Floats
     turned: Floats
     push: Floats
     bounds: Floats
