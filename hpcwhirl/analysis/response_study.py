@@ -35,7 +35,7 @@ from hpcwhirl.analysis.response import (
 )
 from hpcwhirl.case.growth import stability_of
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.case.unbalance import is_unbalanced
+from hpcwhirl.case.unbalance import is_unbalanced, moment_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.scene import Scene, apply_settings
@@ -55,6 +55,7 @@ class Study:
     Attributes
     ----------
     scene : the case, with its unbalance
+    moment : the unbalance m e, as x + i y, kg m, with that of a lost blade
     assumed : whether the unbalance is that of API 617, since the case has none
     operating : operating speeds
     points : steady motions, ascending in speed
@@ -63,6 +64,7 @@ class Study:
     """
 
     scene: Scene
+    moment: complex
     assumed: bool
     operating: Operating
     points: tuple[Steady, ...]
@@ -155,7 +157,8 @@ def study(scene: Scene, operating: Operating, highest: float = 0.0) -> Study:
     among = points[first : last + 1]
     most = max(one.size(place) for one in among for place in _probes(one))
     scale = scale_factor(most, operating.high)
-    return Study(scene, assumed, operating, points, peaks, scale)
+    moment = moment_of(resolve(scene).model, scene)
+    return Study(scene, moment, assumed, operating, points, peaks, scale)
 
 
 def _probes(one: Steady) -> list[str]:
@@ -196,7 +199,7 @@ def facts_of_study(found: Study, share: float) -> dict[str, Any]:
     """
     worst = found.worst()
     return {
-        "unbalance": found.scene.unbalance,
+        "unbalance": abs(found.moment),
         "unbalance_of_api617": found.assumed,
         "operating": list(found.operating),
         "range": [found.points[0].speed, found.points[-1].speed],

@@ -93,6 +93,12 @@ def released_moment(model: Model) -> complex:
     return complex(x, y)
 
 
+def moment_of(model: Model, scene: Scene) -> complex:
+    """Return the unbalance m e, as x + i y, kg m, with that of a lost blade."""
+    own = cmath.rect(scene.unbalance, scene.unbalance_phase)
+    return own + released_moment(model)
+
+
 def steady(model: Model, scene: Scene) -> Steady | None:
     """Return the rotor's steady motion without contact; None if that is rest.
 
@@ -458,14 +464,13 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
     if found is None or not is_unbalanced(scene):
         return None
     centre = centre_of(model, found.still)
-    own = cmath.rect(scene.unbalance, scene.unbalance_phase)
-    lost = released_moment(model)
-    force = force_of(scene) + scene.speed**2 * lost
+    moment = moment_of(model, scene)
+    force = scene.speed**2 * moment
     lag = cmath.phase(force * centre.conjugate()) * math.copysign(1.0, scene.speed)
     reach, room = reach_of(model, scene), room_of(scene)
     back = centre_of(model, found.of(2).conj()) / 2
     return {
-        "unbalance": abs(own + lost),
+        "unbalance": abs(moment),
         "force": abs(force),
         "radius": abs(centre),
         "backward": abs(back),

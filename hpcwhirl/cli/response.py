@@ -174,7 +174,7 @@ def _head(found: Study) -> list[str]:
     of = ", 4 * 6350 g mm W/N of API 617" if found.assumed else ""
     low, high = (in_shown(speed, ANGULAR, 5) for speed in found.operating)
     ends = (in_shown(found.points[i].speed, ANGULAR, 4) for i in (0, -1))
-    moment = in_shown(found.scene.unbalance, "kg m", 4)
+    moment = in_shown(abs(found.moment), "kg m", 4)
     line = (
         f"response to an unbalance of {moment}{of}, without contact, from "
         f"{' to '.join(ends)}; operating speeds {low} to {high}"

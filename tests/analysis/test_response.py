@@ -390,6 +390,20 @@ def test_the_figure_marks_peaks_with_their_factor_and_where_tips_touch(found):
     assert force.get_xlim()[1] == found.points[-1].speed
 
 
+def test_a_lost_blade_is_the_unbalance_that_is_printed_and_lagged():
+    """As `model` prints them at one speed, also beside an unbalance elsewhere."""
+    scene = small(lost_blade=2, unbalance_phase=1.0, speed=600.0)
+    found = study(scene, Operating(300.0, 600.0))
+    facts = facts_of_unbalance(resolve(scene).model, scene)
+    assert abs(found.moment) == pytest.approx(facts["unbalance"])
+    assert abs(found.moment) != pytest.approx(scene.unbalance)
+    size, lag, _ = draw_response(found).axes
+    assert f"{1e3 * facts['unbalance']:.4g} kg mm" in size.get_title()
+    speeds, degrees = lag.lines[0].get_data()
+    at = np.interp(600.0, speeds, np.radians(degrees))
+    assert at == pytest.approx(facts["lag"] % (2 * np.pi), rel=1e-3)
+
+
 CAMPAIGN = """
 [scene]
 unbalance = 1e-3
