@@ -202,7 +202,7 @@ def test_a_scene_keeps_the_table_and_not_the_file(tmp_path):
         ("a.csv", "speed,kxx,cxx,kxx\n1,2,3,4\n", "'kxx' twice"),
         ("a.csv", "frequency,kxx,cxx\n", "one row at least"),
         ("a.csv", "speed,kxx,cxx,kxy_\n1,2,3,0\n2,2,3,4\n", "'kxy_'; did .* 'kxy'"),
-        ("a.csv", "speed,kxx,cxx,mxx\n1,2,3,4\n", "'mxx': added mass is not modelled"),
+        ("a.csv", "speed,kxx,cxx,mxx\n1,2,3,4\n", "'mxx': added mass is only model"),
         ("a.csv", "speed,kxx,cxx,leakage\n1,2,3,4\n", "'leakage'; known: speed"),
         ("a.csv", "speed,frequency,kxx,cxx\n1,1,2,3\n", "frequency of the whirl"),
         ("a.toml", "[MagneticBearing.a]\nkxx = [1]\ncxx = [1]\n", "of the whirl"),

@@ -285,8 +285,12 @@ def test_amplitudes_and_frames_are_told(cases):
 
 
 def test_regimes_lie_under_the_interaction_diagram(cases):
-    diagram, strip = frequencies.draw_interaction(cases, cases.like(0)).axes
-    assert len(strip.patches) == 3
+    line = cases.like(0)
+    diagram, strip = frequencies.draw_interaction(cases, line).axes
+    words = [SHOWN[frequencies.shown_word(cases.rows[i])].letter for i in line]
+    equal = [letter for letter, _ in itertools.groupby(words)]
+    assert [text.get_text() for text in strip.texts] == equal
+    assert len(strip.patches) == len(equal)
     told = [t.get_text() for t in diagram.texts]
     assert told[0].startswith("Eq. 13: 27")  # the first cell begins below it
     assert told[-1].startswith("n = 12")
