@@ -178,15 +178,14 @@ def child(kind: str, file: Path) -> None:
     """
     if kind == "single":
         take_literals_as_single()
-        made = pickle.loads(file.read_bytes())
+        kept = pickle.loads(file.read_bytes())
+        made = {name: [*in_single(tuple(args))] for name, args in kept.items()}
     else:
         nudge = 1e-6 if kind == "twin" else 0.0
         made = {name: arguments_of(own, nudge) for name, own in SCENES.items()}
         if kind == "eight":
             file.write_bytes(pickle.dumps(made))
-    if kind == "single":
-        made = {name: in_single(tuple(args)) for name, args in made.items()}
-    rows = {name: marched(list(args)) for name, args in made.items()}
+    rows = {name: marched(args) for name, args in made.items()}
     sys.stdout.buffer.write(pickle.dumps(rows))
 
 

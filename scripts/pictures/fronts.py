@@ -10,12 +10,12 @@ cases in ten are below, over the processor time against that of preset `referenc
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import parser_of
 from evidence.populations.wishes import REPEATS, drawn
 
 from hpcwhirl.benchmark.drawing import drawn_cases
@@ -92,9 +92,7 @@ def draw(engines: dict[int, list[Row]], path: Path) -> Path:
 
 def main() -> None:
     """Measure three engines and draw their fronts."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--out", type=Path, default=Path(".pictures/fronts.png"))
     parser.add_argument("--cases", type=int, default=8)
     given = parser.parse_args()

@@ -21,14 +21,16 @@ alpha_ring) = 0, it whips (Black, 1968): the tips slide, and w depends on Omega 
 
 from __future__ import annotations
 
-import argparse
-import tempfile
+import sys
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 from scipy.optimize import brentq
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import parser_of, working_folder
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
@@ -135,8 +137,8 @@ def whirl_of(history: History) -> tuple[Floats, Floats]:
 
 def marched(duration: float, **more: Any) -> History:
     """Return the history of the run-up and run-down, with further settings."""
-    with tempfile.TemporaryDirectory(prefix="hpcwhirl-rolling-") as folder:
-        return March(resolve(scene_of(Path(folder), duration, **more))).run()
+    with working_folder(None, "rolling") as folder:
+        return March(resolve(scene_of(folder, duration, **more))).run()
 
 
 def near(history: History, frequency: float, duration: float) -> float:
@@ -171,9 +173,7 @@ def draw(history: History, duration: float, path: Path) -> Path:
 
 def main() -> None:
     """Draw the figure."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--out", type=Path, default=Path(".pictures/rolling.png"))
     parser.add_argument("--duration", type=float, default=2.4)
     given = parser.parse_args()

@@ -164,8 +164,8 @@ def straight(values: Floats, scale: str) -> Floats:
 def distinct(values: Floats) -> tuple[str, ...]:
     """Return ascending numbers as texts for ticks, the shortest that tell each.
 
-    A text differs from its number by `READ` of it at most, and by as small a share of
-    the distance to the next number.
+    A text differs from its number by `READ` of it, and by 1 % of the least distance
+    between two numbers, at most.
     """
     apart = float(np.diff(values).min(initial=np.inf))
     for digits in range(3, 10):

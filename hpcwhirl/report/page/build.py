@@ -34,7 +34,14 @@ from hpcwhirl.report.page.loads import loads_of
 from hpcwhirl.report.page.motion import motions_of
 from hpcwhirl.report.page.run_ups import run_ups_of
 from hpcwhirl.report.page.tables import tables_of
-from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
+from hpcwhirl.report.page.thin import (
+    MOST_RECORDS,
+    NEEDED,
+    Sizes,
+    at_most,
+    record_of,
+    sizes_for,
+)
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.scene import input_names
 from hpcwhirl.scene.quantities import (
@@ -328,7 +335,7 @@ def _records(results: Results) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
     slots = np.full(len(results), -1, "<i4")
     whole = np.flatnonzero(results["status"] == "ok")
     whole = whole if set(NEEDED) <= set(results.kept) else whole[:0]
-    chosen = whole[:: max(-(-len(whole) // MOST_RECORDS), 1)]
+    chosen = at_most(whole, MOST_RECORDS)
     sizes = sizes_for(len(chosen))
     records: list[bytes] = []
     for case, traces in results.each_traces(chosen.tolist(), NEEDED):

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.arrays import Floats
+from hpcwhirl.report.page.thin import at_most, cuts_of, spans_of
 from hpcwhirl.store.reading.results_file import Results
 
 NEEDED = ("support_force", "shaft_torque")
@@ -29,8 +30,7 @@ def loads_of(results: Results) -> dict[int, Any]:
     """
     if not set(NEEDED) <= set(results.kept):
         return {}
-    cases = results.finished()
-    some = cases[:: max(-(-len(cases) // MOST), 1)]
+    some = at_most(results.finished(), MOST)
     found = {}
     for case, traces in results.each_traces(some, NEEDED):
         names = str(results["support_names"][case])
@@ -44,18 +44,14 @@ def _loads(names: list[str], traces: Mapping[str, Floats]) -> dict[str, Any]:
 
     names, traces : of its supports; `time` and `NEEDED`
     """
-    count = min(POINTS, len(traces["time"]))
-    cuts = np.linspace(0, len(traces["time"]), count, endpoint=False, dtype=int)
+    cuts = cuts_of(len(traces["time"]), POINTS)
     forces = np.linalg.norm(traces["support_force"], axis=2)[:, : len(names)]
-    torque = traces["shaft_torque"]
-    rows = [
-        *np.fmax.reduceat(forces, cuts, axis=0).T,
-        np.fmin.reduceat(torque, cuts), np.fmax.reduceat(torque, cuts),
-    ]  # fmt: skip
+    torque = spans_of(traces["shaft_torque"], len(cuts)).reshape(2, -1)
+    rows = [*np.fmax.reduceat(forces, cuts, axis=0).T, *torque]
     with np.errstate(over="ignore"):  # of a diverged run, finite values are shown
         data = np.array(rows, "<f4").tobytes()
     return {
         "supports": names,
-        "count": count,
+        "count": len(cuts),
         "data": base64.b64encode(data).decode(),
     }

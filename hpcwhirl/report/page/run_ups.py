@@ -16,6 +16,7 @@ from hpcwhirl.analysis import whirl
 from hpcwhirl.analysis.over_speed import spells_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import law_of, speed_at
+from hpcwhirl.report.page.thin import at_most
 from hpcwhirl.scene import Scene
 from hpcwhirl.store.reading.results_file import Results
 
@@ -43,7 +44,7 @@ def run_ups_of(results: Results) -> dict[int, Any]:
             found[case] = _speeds(scene, float(results["end_time"][case]))
             found[case]["spells"] = [tuple(s) for s in spells_of(str(told[case]))]
     if "centre" in results.kept:
-        some = [*found][:: max(-(-len(found) // MOST), 1)]
+        some = at_most([*found], MOST)
         for case, traces in results.each_traces(some, ("centre",)):
             found[case] |= _waterfall(results.scene(case), traces)
     return found

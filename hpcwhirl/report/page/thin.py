@@ -10,6 +10,7 @@ span decades are stored as a sign and the logarithm of their ratio to the larges
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +88,7 @@ def record_of(
         shown = len(time[late]), _fastest(speed, line)
         head, places = _orbit(time, centre, shown, sizes.orbit)
         reach, lines = _lines(time, centre[late], abs(speed), sizes.lines)
-        spans = _spans(np.abs(centre), sizes.radius)
+        spans = spans_of(np.abs(centre), sizes.radius)
         energy, power = np.split(_ledger(traces, sizes.ledger), [sizes.ledger])
         scales, codes = zip(*map(_codes, (spans, energy, power, lines)), strict=True)
         start = np.fmod(speed * head[1], 2 * np.pi)  # angle of the rotating frame
@@ -141,7 +142,12 @@ def _orbit(
     return (scale, float(time[chosen[0]]), stride * interval), out.reshape(-1)
 
 
-def _cuts(count: int, most: int) -> NDArray[np.int64]:
+def at_most(items: Any, most: int) -> Any:
+    """Return every n-th item of a list or array, at most `most`, with the least n."""
+    return items[:: max(-(-len(items) // most), 1)]
+
+
+def cuts_of(count: int, most: int) -> NDArray[np.int64]:
     """Divide samples into at most `most` intervals; return each one's first index.
 
     count : number of samples
@@ -149,7 +155,7 @@ def _cuts(count: int, most: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, count, min(most, count), endpoint=False, dtype=int))
 
 
-def _spans(values: Floats, most: int) -> Floats:
+def spans_of(values: Floats, most: int) -> Floats:
     """Return the least and the largest value in each of `most` intervals of samples.
 
     Returns
@@ -159,7 +165,7 @@ def _spans(values: Floats, most: int) -> Floats:
     """
     out = np.full((2, most), np.nan)
     if len(values):
-        cuts = _cuts(len(values), most)
+        cuts = cuts_of(len(values), most)
         out[0, : len(cuts)] = np.fmin.reduceat(values, cuts)
         out[1, : len(cuts)] = np.fmax.reduceat(values, cuts)
     return out.reshape(-1)
@@ -175,7 +181,7 @@ def _ledger(traces: Traces, most: int) -> Floats:
     time, rubbed = traces["time"], traces["rubbed"]
     if not len(time):
         return out.reshape(-1)
-    cuts = _cuts(len(time), most)
+    cuts = cuts_of(len(time), most)
     ends = np.append(cuts[1:], len(time)) - 1
     shown = slice(len(cuts))
     out[0, shown] = np.add.reduceat(traces["energy"], cuts) / (ends - cuts + 1)
