@@ -9,13 +9,11 @@ from hpcwhirl.case.handover import handed_over
 from hpcwhirl.case.limits import check_limits, step_asked
 from hpcwhirl.case.plan import Marched, Plan, lean_of, plan_of
 from hpcwhirl.case.rotation_choice import with_rotation
-from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.truncation import with_truncation
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of, why_unknown
 from hpcwhirl.reduction.waves import tip_growth
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.scene.input_names import Value
 from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES, follows_speed, marched_by
@@ -77,9 +75,7 @@ class Case:
         """The scene `reduced` with the scheme that integrates it."""
         scene = self.reduced
         name = "modal" if self.handed_over else scene.solver.scheme
-        loose = scene.slip != PERMANENT
-        driven = law_of(scene) is not None and self.model.rotor.spin is not None
-        if name == "modal" and (follows_speed(scene.value) or (loose and driven)):
+        if name == "modal" and follows_speed(scene.value):
             name = "general"
         if name == scene.solver.scheme:
             return scene

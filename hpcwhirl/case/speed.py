@@ -249,6 +249,8 @@ class Interval(NamedTuple):
     first : rad/s, rate of theta, a parabola in time t, at the start of the interval
     since : s, start of the interval
     ahead, bend : rad, rad/s^2: theta = first t + ahead + bend (t - since)^2
+    lag, hurry : rad/s, rad/s^2: lag + hurry (t - since) is what Omega has beyond the
+        rate of theta, whose parabola is a line if the angle is `Schedule.straight`
     gap, opening : m, gap at the start of the interval; m/s, its rate
     """
 
@@ -259,6 +261,8 @@ class Interval(NamedTuple):
     since: float
     ahead: float
     bend: float
+    lag: float
+    hurry: float
     gap: float
     opening: float
 
@@ -337,16 +341,16 @@ class Schedule:
         opening = (opens[1] - opens[0]) / lasts
         if self.law is None:
             still = self.scene.speed
-            own = still, 0.0, still, still, since, 0.0, 0.0
+            own = still, 0.0, still, still, since, 0.0, 0.0, 0.0, 0.0
             return Interval(*own, opens[0], opening)
         ends = np.array([since, until])
         (before, after), (begun, ended) = self.law.angle(ends), self.law.speed(ends)
         turn, rate = (after - before) / lasts, (ended - begun) / lasts
         bend = 0.0 if self.straight else 0.5 * rate
-        first = turn - bend * lasts
+        first, hurry = turn - bend * lasts, rate - 2.0 * bend
         mean, rate = self._matrices(steps)
-        ahead = before - first * since
-        parts = mean, rate, turn, first, since, ahead, bend, opens[0], opening
+        angle = before - first * since, bend, -0.5 * hurry * lasts, hurry
+        parts = mean, rate, turn, first, since, *angle, opens[0], opening
         return Interval._make(map(float, parts))
 
     def _matrices(self, steps: int) -> tuple[float, float]:

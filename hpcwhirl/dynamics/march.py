@@ -165,6 +165,7 @@ class March:
         self.wall = self.wall._replace(
             gap=now.gap, opening=now.opening, since=now.since,
             ahead=folds * now.ahead, bend=folds * now.bend,
+            lag=folds * now.lag, hurry=folds * now.hurry,
         )  # fmt: skip
         self.scheme.refresh(state, now)
 

@@ -16,7 +16,7 @@ from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.plain_data import flatten
 
 READING = 2  # increased whenever an unchanged engine file gives other numbers
-PHYSICS_VERSION = 24  # increased whenever unchanged inputs give other numbers
+PHYSICS_VERSION = 25  # increased whenever unchanged inputs give other numbers
 MOST_BYTES = 2**31  # largest engine file: 16 matrices of 4,000 coordinates
 
 

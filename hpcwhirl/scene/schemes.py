@@ -152,7 +152,7 @@ _TABLE = (
     Scheme(
         "general",
         "central differences mode by mode, slow, also used where modal cannot be (a "
-        "ring of elements, a changing speed with rotation)",
+        "ring of elements; rotation at a changing speed if sectors differ)",
         2, 8e-6, turns=25e-6, times=BY_MODES,
     ),
     Scheme(
@@ -197,8 +197,7 @@ def marched_by(get: Callable[[str], Any], uneven: Any) -> Any:
     uneven : whether sectors differ or tips have several points; a scalar or (cases,)
     """
     turns = np.not_equal(get("engine.rotation"), "none")
-    loose = np.not_equal(get("slip"), PERMANENT)
-    alone = _speed_changes(get) & turns & (uneven | loose)
+    alone = _speed_changes(get) & turns & uneven
     asked = np.asarray(get("solver.scheme"))
     waves = np.isin(asked, MODAL)
     return np.where(waves & (follows_speed(get) | alone), "general", asked)

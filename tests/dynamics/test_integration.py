@@ -8,6 +8,7 @@ from hpcwhirl.dynamics.integration import MATRICES, MODES, WAYS, integration_of
 from hpcwhirl.dynamics.kernels.loop.wave_types import FlowRows, PointRows, SlotRows
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene.schemes import marched_by
 
 SMALL = {"blades": 5, "modes": 10, "casing.harmonics": 3, "time_step": 2e-6}
 UNEQUAL = {"mistuning": [0.01, -0.02, 0.03, 0.0, 0.01]}
@@ -36,6 +37,30 @@ def test_what_integrates_a_case_is_told(given, by, why):
     assert found["by"] == by
     assert why in found["why"]
     assert bool(found["why"]) == bool(why)
+
+
+CHANGING = {"acceleration": 100.0}
+FULL = {"rotation": "full"}
+LOOSE = {"slip": "set-valued"}
+BY_SPEED = {"friction_law": "stribeck"}
+
+
+@pytest.mark.parametrize("slip", [{}, LOOSE], ids=str)
+@pytest.mark.parametrize("law", [{}, BY_SPEED], ids=str)
+@pytest.mark.parametrize("rotation", [{}, FULL], ids=str)
+@pytest.mark.parametrize("sectors", [{}, UNEQUAL], ids=str)
+@pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
+def test_a_case_costs_what_the_scheme_that_integrates_it_does(
+    slip, law, rotation, sectors, scheme
+):
+    given = CHANGING | slip | law | rotation | sectors | {"scheme": scheme}
+    if scheme == "paper" and rotation:
+        return  # refused
+    scene = apply_settings(named_scene("table2"), SMALL | given)
+    by = str(marched_by(scene.value, bool(sectors)))
+    waves = found_of(given)["by"] in WAYS.values()
+    assert waves == (by == "modal")
+    assert (by == "paper") == (scheme == "paper")
 
 
 LOST = {"rotation": "full", "lost_blade": 2, "amplitude_limit": 2.0}

@@ -247,6 +247,12 @@ TABLE = {  # scene: what is set, the schemes that march it
     "sticks, run-up, rotation": (
         FULL | STICKS | {"acceleration": 500.0, "unbalance": 5e-3}, ("modal",)
     ),
+    "sticks, run-up, rotation, film, weight": (
+        FULL | STICKS | WEIGHT
+        | {"acceleration": -2500.0, "speed_to": -3.0, "unbalance": 5e-3,
+           "film_viscosity": 0.01},
+        ("modal",),
+    ),
     "sticks, rotation, lost blade": (FULL | STICKS | {"lost_blade": 2}, ("modal",)),
     "start": (START, CYCLIC),
     "start, unbalance": (FULL | START | {"unbalance": 5e-3}, ALL),

@@ -180,10 +180,18 @@ def turned_by(wall, speed, time, step):
 def slides_at(wall, speed, radius, time, step):
     """Return Omega R dt of the step that ends at a time, s, and of the one before, m.
 
+    A casing that is integrated in the rotor's frame turns back at a constant rate in an
+    interval of changing speed, while tips follow Omega(t): a tip that sticks has no
+    other velocity.
+
     wall, speed, radius, step : `kernel_types.Wall`; Omega, rad/s; R, m; dt, s
     """
-    now = radius * turned_by(wall, speed, time - step, step)
-    return now, radius * turned_by(wall, speed, time - step - step, step)
+    late = time - wall.since
+    now = turned_by(wall, speed, time - step, step)
+    now += step * (wall.lag + wall.hurry * (late - 0.5 * step))
+    before = turned_by(wall, speed, time - step - step, step)
+    before += step * (wall.lag + wall.hurry * (late - 1.5 * step))
+    return radius * now, radius * before
 
 
 @kernel

@@ -18,10 +18,16 @@ Dynamics with Unilateral Contacts, 1996, chapter 6): for all tips
 
 g, v_+, tau_L >= 0 are complementary to lambda, tau_R, v_- >= 0.
 
-It is solved by Lemke's method (`pivoting`) for the tips that penetrate without contact
-forces, then anew with those that penetrate with them. Where the solution with permanent
-sliding obeys the law, it is kept, with the same bits. Both time loops use it: that of
-waves has the response of both bodies in the frame of the blades, which is constant.
+It is solved for the tips that penetrate without contact forces, then anew with those
+that penetrate with them. The first guess is the solution with permanent sliding, in
+which tips that would be dragged backward stick; states that break the law are
+corrected, and linear equations of few tips solved again. Where this does not end soon,
+Lemke's method (`pivoting`) finds the states. Where the solution with permanent sliding
+obeys the law, it is kept, with the same bits. Both time loops use it: that of waves has
+the response of both bodies in the frame of the blades, which is constant.
+
+What is tried first follows from the step alone, not from the states of the step before,
+which no saved run has: results do not depend on where a run was stopped.
 """
 
 from __future__ import annotations
@@ -51,6 +57,7 @@ from hpcwhirl.dynamics.kernels.pivoting import (
 # states of a tip: clear of the casing; sticking; the casing slides past it towards
 # decreasing or increasing theta
 CLEAR, STICKS, BEHIND, AHEAD = 0, 1, 2, 3
+ROUNDS = 4  # number of times that states are corrected before Lemke's method is used
 SLACK = 1e-9  # relative tolerance of Coulomb's law after the equations are solved anew
 
 
@@ -74,6 +81,16 @@ def coulomb_space(points, coordinates):
         np.zeros(points, np.int64),
         contact_space(3 * points, 0),
     )
+
+
+def constant_response(points, law):
+    """Return new work arrays of `rub` where the response of both bodies is constant.
+
+    points, law : N; `kernel_types.Coulomb`, empty for permanent sliding
+    """
+    used = points * (len(law.rotor) > 0)
+    space = coulomb_space.py_func(used, 0)
+    return space._replace(columns=law.rotor, have=np.ones(used, np.int64))
 
 
 @part
@@ -117,16 +134,30 @@ def obeyed(mu, law, lam, space):
     It does if all tips in contact still slide with the rotation, and mu is constant.
 
     mu : friction with the sign of the speed
-    lam : (N,), multipliers of this solution, N; space.after has its slides, m; if it is
-        kept, no tip is marked in space.state as sticking
+    lam : (N,), multipliers of this solution, N; space.after has its slides, m, and
+        space.state becomes the states of all tips, of which one that could not slide so
+        sticks
     """
-    if law.decay > 0.0:
-        return False
+    obeys = not law.decay > 0.0
     for j in range(len(lam)):
-        if lam[j] > 0.0 and not space.after[j] * mu < 0.0 and law.friction > 0.0:
-            return False
-    space.state[:] = CLEAR
-    return True
+        space.state[j] = CLEAR
+        if lam[j] > 0.0 and law.friction > 0.0:
+            space.state[j] = dragged(space.after[j], mu)
+            obeys = obeys and space.state[j] != STICKS
+    return obeys
+
+
+@part
+def dragged(slide, mu):
+    """Return the state of a tip in the solution with permanent sliding.
+
+    It slides with the rotation, or else is taken to stick.
+
+    slide, mu : m; friction with the sign of the speed
+    """
+    if slide * mu < 0.0:
+        return BEHIND if mu > 0.0 else AHEAD
+    return STICKS
 
 
 @rare
@@ -204,9 +235,9 @@ def read_table(size, unit, largest, lam, space):
             tau[j] -= space.mu[j] * lam[j]
 
 
-@rare
+@part
 def settle_slides(gaps, size, lam, space):
-    """Solve the contact's equations anew for the states that the table has named.
+    """Solve the contact's equations for the states that space.state names.
 
     Touching tips have gap 0; those that stick slide 0; the others have the friction mu
     lambda against their slide. A tip that would pull becomes clear, one that cannot
@@ -318,54 +349,114 @@ def open_gaps(gaps, lam, opened, space):
                 opened[i] += lam[j] * push[i] + space.tau[j] * drag[i]
 
 
-@rare
-def solve_coulomb(gaps, law, index, shape, lam, opened, space):
-    """Compute normal forces and friction of a step by Coulomb's law.
+@part
+def guess_states(gaps, size, least, lam, space):
+    """Solve for the forces in the states of space.state; correct these.
 
-    Return the number of tips in contact, or -1 if no solution was found (as of a rod
-    that jams, Painleve's paradox). Multipliers are `lam`, friction is space.tau.
+    A tip that is not clear of the casing, or slides with its friction, is taken to
+    stick in the next round. Return whether the forces obey the law in the end.
+
+    gaps, lam : (N,), m, without contact forces; (N,), N, in and out
+    size, least : the tips are space.chosen[:size]; m, largest penetration
+    """
+    state = space.state
+    for _ in range(ROUNDS):
+        if not settle_slides(gaps, size, lam, space):
+            return False
+        wrong = 0
+        for s in range(size):
+            i = space.chosen[s]
+            if state[i] == CLEAR:
+                gap = moved_to(gaps[i], i, size, lam, space)
+                wrong += stick_if(gap < -CLOSED * least, i, state)
+            elif state[i] != STICKS:
+                slide = moved_to(space.slides[i], len(gaps) + i, size, lam, space)
+                wrong += stick_if(slope(state[i]) * slide > 0.0, i, state)
+        if wrong == 0:
+            return True
+    return False
+
+
+@part
+def stick_if(wrong, tip, state):
+    """Take a tip to stick if its state is wrong; return 1 then, else 0."""
+    if wrong:
+        state[tip] = STICKS
+        return 1
+    return 0
+
+
+@part
+def moved_to(free, at, size, lam, space):
+    """Return a gap or slide, m, with the forces of the tips space.chosen[:size].
+
+    free, at : its value without them; its column in space.columns
+    """
+    tips, total = len(lam), free
+    for s in range(size):
+        j = space.chosen[s]
+        total += lam[j] * space.columns[j, at]
+        total += space.tau[j] * space.columns[tips + j, at]
+    return total
+
+
+@rare
+def by_lemke(gaps, size, unit, largest, lam, space):
+    """Find states and forces of the tips space.chosen[:size] by Lemke's method.
+
+    Return whether it ends with a solution, and whether the equations of its states were
+    solved anew, so that gaps of touching tips are 0.
+
+    gaps, lam : (N,), m, without contact forces; (N,), N, out
+    unit, largest : as in `set_table`
+    """
+    set_table(gaps, size, unit, largest, space)
+    if not carriers(3 * size, space.table):
+        return False, False
+    read_table(size, unit, largest, lam, space)
+    return True, settle_slides(gaps, size, lam, space)
+
+
+@part
+def solve_coulomb(gaps, size, law, index, shape, lam, opened, space):
+    """Compute normal forces and friction of the tips space.chosen[:size].
+
+    Return the number of tips in contact, -1 if no solution was found, and the number of
+    tips chosen, to which those are added that penetrate with these forces.
 
     Parameters
     ----------
     gaps : (N,), m, without contact forces
     law, index, shape : as in `respond`
     lam, opened : (N,), out: N, multipliers; m, gaps with the contact forces acting
-    space : `kernel_types.CoulombSpace`, with `slides` and `mu` of all tips
+    space : `kernel_types.CoulombSpace`, with `slides` and `mu` of these tips
     """
-    chosen, size = space.chosen, 0
-    least = 0.0
+    chosen, least, largest, unit = space.chosen, 0.0, 0.0, 0.0
+    for s in range(size):
+        j = chosen[s]
+        respond(j, law, index, shape, space)
+        unit = max(unit, abs(space.columns[j, j]))
+        least, largest = max(least, -gaps[j]), max(largest, abs(space.slides[j]))
+    largest = max(largest, least)
+    if unit == 0.0:
+        return -1, size
+    exact = guess_states(gaps, size, least, lam, space)
+    if not exact:
+        solved, exact = by_lemke(gaps, size, unit, largest, lam, space)
+        if not solved:
+            return -1, size
+    open_gaps(gaps, lam, opened, space)
+    more, allowed = size, CLOSED * max(least, largest * APART / CLOSED)
     for j in range(len(gaps)):
-        if gaps[j] < 0.0:
-            chosen[size] = j
-            size += 1
-            least = max(least, -gaps[j])
-    for _ in range(len(gaps)):
-        largest, unit = least, 0.0
-        for s in range(size):
-            j = chosen[s]
-            respond(j, law, index, shape, space)
-            unit = max(unit, abs(space.columns[j, j]))
-            largest = max(largest, abs(space.slides[j]))
-        if unit == 0.0:
-            return -1
-        set_table(gaps, size, unit, largest, space)
-        if not carriers(3 * size, space.table):
-            return -1
-        read_table(size, unit, largest, lam, space)
-        exact = settle_slides(gaps, size, lam, space)
-        open_gaps(gaps, lam, opened, space)
-        more = size
-        for j in range(len(gaps)):
-            if opened[j] < -CLOSED * max(least, largest * APART / CLOSED):
-                chosen[more] = j
-                more += 1
-        if more == size:
-            return touching_of(lam, opened, exact=exact)
-        for s in range(size):
-            if opened[chosen[s]] < -CLOSED * least:
-                return -1
-        size = more
-    return -1
+        if opened[j] < -allowed:
+            chosen[more], space.state[j] = j, STICKS
+            more += 1
+    if more == size:
+        return touching_of(lam, opened, exact=exact), size
+    for s in range(size):
+        if opened[chosen[s]] < -CLOSED * least:
+            return -1, size
+    return 0, more
 
 
 @part
@@ -381,12 +472,14 @@ def touching_of(lam, opened, exact):
 
 
 @part
-def coefficients(law, step, space):
-    """Set space.mu (N,) by each tip's own slide in the step before.
+def coefficients(law, step, size, space):
+    """Set space.mu of the chosen tips by the slide of each in the step before.
 
     law, step : `kernel_types.Coulomb`; dt, s
+    size : the tips are space.chosen[:size]
     """
-    for j in range(len(space.mu)):
+    for s in range(size):
+        j = space.chosen[s]
         space.mu[j] = law.friction
         if law.decay > 0.0:
             fall = math.exp(-abs(space.before[j]) / (law.decay * step))
@@ -394,31 +487,51 @@ def coefficients(law, step, space):
 
 
 @kernel
-def rub(gaps, law, step, index, shape, lam, tau, opened, touch, space):
+def choose(gaps, law, space):
+    """List the tips that penetrate in space.chosen, for `rub`; return their number.
+
+    gaps, law : (N,), m, without contact forces; `kernel_types.Coulomb`
+    """
+    if len(law.ring) > 0:
+        space.have[:] = 0  # the response changes as the blades pass
+    size = 0
+    for j in range(len(gaps)):
+        if gaps[j] < 0.0:
+            space.chosen[size] = j
+            size += 1
+    return size
+
+
+@kernel
+def rub(gaps, size, law, step, index, shape, lam, tau, opened, touch, space):
     """Compute normal forces and friction of a step by Coulomb's law.
 
-    Return the number of tips in contact, -1 without a solution. These tips, and their
-    multipliers, are listed in touch.where and touch.right.
+    Return the number of tips in contact, -1 without a solution, and the number of tips
+    chosen. If this exceeds `size`, further tips penetrate: their slides are to be set,
+    and the function called again. Tips in contact, and their multipliers, are listed in
+    touch.where and touch.right.
 
     Parameters
     ----------
-    gaps : (N,), m, without contact forces
+    gaps, size : (N,), m, without contact forces; number of tips chosen, see `choose`
     law, step : `kernel_types.Coulomb`; dt, s
     index, shape : as in `respond`
     lam, tau, opened : (N,), out: N, multipliers; N, friction on the casing; m, gaps
-    touch, space : `kernel_types.ContactSpace`; `CoulombSpace`, whose `slides` and
-        `before` are those of all tips
+    touch, space : `kernel_types.ContactSpace`; `CoulombSpace`, whose `slides` are those
+        of the chosen tips, and if mu is not constant `before`, too; its `state` is the
+        first guess, all other tips being clear
     """
-    space.have[:] = 0
-    coefficients(law, step, space)
-    active = solve_coulomb(gaps, law, index, shape, lam, opened, space)
+    coefficients(law, step, size, space)
+    lam[:] = 0.0
+    space.tau[:] = 0.0
+    active, more = solve_coulomb(gaps, size, law, index, shape, lam, opened, space)
     listed = 0
     for j in range(len(lam)):
         tau[j] = space.tau[j]
         if lam[j] > 0.0:
             touch.where[listed], touch.right[listed] = j, lam[j]
             listed += 1
-    return active
+    return active, more
 
 
 @part

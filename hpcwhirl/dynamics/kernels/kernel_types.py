@@ -38,6 +38,7 @@ class Wall(NamedTuple):
         valid, see `case.speed.Interval`
     opening : m/s, rate at which the clearance grows
     ahead, bend : rad, rad/s^2, terms of the rotor's angle, see `contact.angle_at`
+    lag, hurry : rad/s, rad/s^2, terms of its speed, see `contact.slides_at`
     """
 
     gap: float
@@ -54,6 +55,8 @@ class Wall(NamedTuple):
     opening: float = 0.0
     ahead: float = 0.0
     bend: float = 0.0
+    lag: float = 0.0
+    hurry: float = 0.0
 
 
 class Load(NamedTuple):
@@ -362,13 +365,14 @@ class CoulombSpace(NamedTuple):
 
     Attributes
     ----------
-    columns : (2 N, 2 N), m/N, rows as in `Coulomb.rotor`, of both bodies
+    columns : (2 N, 2 N), m/N, rows as in `Coulomb.rotor`, of both bodies; in the loop
+        of waves it is that array
     have : (N,), 1 if the two rows of a tip are known in this step, else 0
     response : (2 R,), m/N, displacements of the ring by a unit force
     slides, after, before : (N,), m, slides of the step, without and with contact
         forces; those of the step before
     mu, tau : (N,), coefficients of friction; (N,), N, friction on the casing
-    state, chosen : (N,), states of tips; the tips in Lemke's table
+    state, chosen : (N,), states of tips; the tips whose forces are looked for
     table : Lemke's table for 3 N variables
     """
 

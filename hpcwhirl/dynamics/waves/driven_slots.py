@@ -596,15 +596,11 @@ class DrivenSlots:
 
     def aside(self) -> tuple[Integers, Integers, Complexes]:
         """Return `at`, `slot`, `aside` of `SlotSlides`, of motion without contact."""
-        slides = [np.zeros((3, 0), complex)]
-        for more, (i, b) in zip(self._forces(), self._driven, strict=True):
-            waves = self.waves[i]
-            now = self.alike[i].along[b] @ waves.rises[b]
-            then = now / (1 + waves.ahead[b])
-            push = waves.inverse[b] @ np.concatenate([more, more])
-            slides.append(np.stack([now, then, -then * push]))
+        each = [
+            self.alike[i].along[b] @ self.waves[i].rises[b] for i, b in self._driven
+        ]
         _, _, at, _, slot = self.places
-        return at, slot, np.hstack(slides)
+        return at, slot, np.concatenate([np.zeros(0, complex), *each])
 
     def _summed(self, own: _Alike, waves: _Waves) -> tuple[Complexes, Complexes]:
         """Return the forms H and G (b, w, w) of the work of the force, J.

@@ -35,8 +35,8 @@ from hpcwhirl.dynamics.waves.turning_waves import Circle, Diameter
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
-# waves of a motion without contact: index of re, slot; (3, n), slides of this step and
-# of the step before for unit amplitude, and what to add to the latter
+# waves of a motion without contact: index of re, slot; (n,), slide of a step for unit
+# amplitude
 Aside = tuple[Integers, Integers, Complexes]
 
 
@@ -107,8 +107,8 @@ def aside_of(
     rows = [int(at.rotor_at(first + f, 1)) for f in range(len(steady))]
     z = 1 + np.array([orbit.ahead for orbit in steady], dtype=complex)
     seen = np.array([diameters[1].along @ orbit.shape for orbit in steady], complex)
-    slides, index = seen * (1 - 1 / z), np.array(rows, dtype=np.int64)
-    return index, 0 * index + 1, np.stack([slides, slides / z, 0.0 * slides])
+    index, slides = np.array(rows, dtype=np.int64), np.asarray(seen * (1 - 1 / z))
+    return index, 0 * index + 1, slides.astype(complex)
 
 
 def no_drag(k: int) -> SlotDrag:
@@ -194,7 +194,7 @@ def slot_slides(
     at, slot, slide = further.aside
     return plain._replace(
         law=law, rows=rows, fixed=fixes, swirl=swirl, swirls=alone, at=at, slot=slot,
-        aside=np.ascontiguousarray(slide.T.copy()).view(float),
+        aside=np.column_stack([slide.real, slide.imag]),
     )  # fmt: skip
 
 

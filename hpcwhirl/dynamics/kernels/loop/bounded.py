@@ -38,7 +38,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     slips_now,
     write_sample,
 )
-from hpcwhirl.dynamics.kernels.coulomb import coulomb_space
+from hpcwhirl.dynamics.kernels.coulomb import constant_response
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
@@ -304,7 +304,7 @@ def flew_never(_rows, _rotor, _wall, _strides, _mu, _step, _speed, _loading, _st
 @does(advance, SectorRows)
 @does(advance, PointRows)
 @inlined
-def advance_points(rows, rotor, _wall, step, _speed, state, space):
+def advance_points(rows, rotor, _contact, _wall, step, _speed, state, space):
     """Take a step without forces: multiply the amplitudes of all waves by factors z.
 
     The implementation of `point_verbs.advance`, with its arguments, for rows of points.
@@ -427,7 +427,7 @@ def touch_points(rows, rotor, contact, wall, mu, step, speed, thrust, angle, eve
     elif not ready:
         active = solved(whole, row - row, lowest, points, wide, solver)
     loose = False
-    if active > 0 and is_loose(contact.slides):
+    if active != 0 and is_loose(contact.slides):
         apart = keep_free(rotor, thrust, False, q, space)
         free = space.spare[: len(rotor.ahead)] if apart else q
         moves = slides_at(wall, speed, contact.slides.law.radius, time, step)
@@ -549,7 +549,7 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
         np.zeros_like(state.ledger), np.full(3, -1.0),
         np.zeros(room_of.py_func(stand)), np.zeros(2),
         layer_space.py_func(len(state.entered)),
-        coulomb_space.py_func(points * (len(arrays.contact.slides.drag) > 0), 0),
+        constant_response(points, slides.law),
     )  # fmt: skip
 
 

@@ -8,9 +8,16 @@ theta for each point, the last of the step's forces of `wave_types.PointRows`.
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare
+from hpcwhirl.dynamics.kernels.compiled import inlined, part
 from hpcwhirl.dynamics.kernels.contact import FRICTION
-from hpcwhirl.dynamics.kernels.coulomb import book_rub, rub
+from hpcwhirl.dynamics.kernels.coulomb import (
+    CLEAR,
+    STICKS,
+    book_rub,
+    choose,
+    dragged,
+    rub,
+)
 from hpcwhirl.dynamics.kernels.keep_inverse import blade_at, place_of
 from hpcwhirl.dynamics.kernels.loop.point_rows import read_every
 from hpcwhirl.dynamics.kernels.loop.whole import (
@@ -31,13 +38,15 @@ def is_loose(slides):
 def slide_on(slides, mu, moved, active, q, space):
     """Return whether all points in contact slide with the rotation.
 
+    friction.state becomes the states of all points, as by `coulomb.obeyed`.
+
     moved : m, Omega R dt
     active : number of points in contact, the first ones of the solver's
     """
     law, push, where = slides.law, space.solver.push, space.solver.where
     points, modes = len(slides.rush), len(slides.rises) // len(slides.rush)
-    if law.decay > 0.0:
-        return False
+    states, obeys = space.friction.state, not law.decay > 0.0
+    states[:] = CLEAR
     for s in range(active):
         if push[s] > 0.0 and law.friction > 0.0:
             j = where[s]
@@ -46,12 +55,12 @@ def slide_on(slides, mu, moved, active, q, space):
                 row = where[i]
                 drag = law.rotor[points + row, points + j]
                 slid += push[i] * (law.rotor[row, points + j] + mu * drag)
-            if not slid * mu < 0.0:
-                return False
-    return True
+            states[j] = dragged(slid, mu)
+            obeys = obeys and states[j] != STICKS
+    return obeys
 
 
-@rare
+@part
 def rub_points(rows, slides, mu, moves, free, row, state, space):
     """Solve a step's normal forces and friction together, by Coulomb's law.
 
@@ -64,18 +73,18 @@ def rub_points(rows, slides, mu, moves, free, row, state, space):
     """
     friction, solver, whole, q = space.friction, space.solver, space.opened, state.rotor
     points, wide = len(slides.rush), len(whole) // 2
-    modes = len(slides.rises) // points
     read_every(rows, q, points, space.out, space.spectra)
     open_whole(space.out, state.gaps, row, whole)
     for j in range(points):
         solver.near[j] = whole[place_of(j, points, wide)]
-        friction.slides[j] = tip_by_waves(slides.rises, j, q, modes) - moves[0]
-        before = tip_by_waves(slides.pasts, j, free, modes)
-        friction.before[j] = before - moves[1]
-    active = rub(
-        solver.near, slides.law, slides.step, slides.places, slides.shape, solver.lam,
-        friction.after, solver.opened, solver.fallback, friction,
-    )  # fmt: skip
+    size, more, active = 0, choose(solver.near, slides.law, friction), 0
+    while size < more:
+        set_slides(slides, size, more, moves, free, q, friction)
+        size = more
+        active, more = rub(
+            solver.near, size, slides.law, slides.step, slides.places, slides.shape,
+            solver.lam, friction.after, solver.opened, solver.fallback, friction,
+        )  # fmt: skip
     for j in range(points):
         put(whole, j, points, wide, solver.opened[j])
     for s in range(active):
@@ -83,6 +92,22 @@ def rub_points(rows, slides, mu, moves, free, row, state, space):
         solver.push[s] = solver.lam[j]
         friction.slides[s] = friction.after[j] - mu * solver.lam[j]
     return active
+
+
+@part
+def set_slides(slides, first, last, moves, free, q, friction):
+    """Set slides of the points friction.chosen[first:last], see `coulomb.rub`.
+
+    moves, free : as in `rub_points`
+    q : amplitudes before contact forces
+    """
+    modes = len(slides.rises) // len(slides.rush)
+    for s in range(first, last):
+        j = friction.chosen[s]
+        friction.slides[j] = tip_by_waves(slides.rises, j, q, modes) - moves[0]
+        if slides.law.decay > 0.0:
+            before = tip_by_waves(slides.pasts, j, free, modes)
+            friction.before[j] = before - moves[1]
 
 
 @inlined
@@ -93,7 +118,7 @@ def slide_points(rows, contact, mu, speed, moves, free, row, active, state, spac
     of `slide_on` and `rub_points`; the friction is entered in the account.
     """
     slides, solver = contact.slides, space.solver
-    loose = not slide_on(slides, mu, moves[0], active, state.rotor, space)
+    loose = not slide_on(slides, mu, moves[0], active, state.rotor, space) or active < 0
     if loose:
         active = rub_points(rows, slides, mu, moves, free, row, state, space)
     for s in range(active):

@@ -29,7 +29,7 @@ def flew(rows, rotor, wall, strides, mu, step, speed, loading, state, space, tra
 
 
 @verb
-def advance(rows, rotor, wall, step, speed, state, space):
+def advance(rows, rotor, contact, wall, step, speed, state, space):
     """Take a step without contact forces, after those of the last step.
 
     If it is checked (`contact.slips_now`), the slip of the last step's contacts is

@@ -69,7 +69,7 @@ def march_points(
         if not flew(
             rows, rotor, wall, strides, mu, step, speed, loading, state, space, tracks
         ):
-            advance(rows, rotor, wall, step, speed, state, space)
+            advance(rows, rotor, contact, wall, step, speed, state, space)
             thrust = pulse_of(counter[STEP] * step, loading.force, loading.pulse)
             counter[STEP] += 1
             angle, moved = 0.0, 0.0

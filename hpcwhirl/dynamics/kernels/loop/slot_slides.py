@@ -16,11 +16,17 @@ from __future__ import annotations
 
 import math
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare
+from hpcwhirl.dynamics.kernels.compiled import inlined, part
 from hpcwhirl.dynamics.kernels.contact import FRICTION, STEP
-from hpcwhirl.dynamics.kernels.coulomb import book_rub, rub
+from hpcwhirl.dynamics.kernels.coulomb import (
+    CLEAR,
+    STICKS,
+    book_rub,
+    choose,
+    dragged,
+    rub,
+)
 from hpcwhirl.dynamics.kernels.keep_inverse import place_of
-from hpcwhirl.dynamics.kernels.loop.passes import to_gaps_seldom
 from hpcwhirl.dynamics.kernels.loop.sectors import at_blade
 from hpcwhirl.dynamics.kernels.loop.slots import (
     CASING,
@@ -107,19 +113,28 @@ def read_slides(rows, items, q, out):
 
 
 @part
-def add_aside(slides, q, k, now, then, out):
-    """Add slides of the motion without contact to a spectrum.
+def add_aside(slides, q, k, out):
+    """Add slides of a step by the motion without contact to a spectrum.
 
     They are those of `wave_types.SlotSlides.aside`.
 
-    now, then : how often that of this step, and that of the step before
     out : (2 k,), m, in and out
     """
     for i in range(len(slides.at)):
         re, im, own = q[slides.at[i]], q[slides.at[i] + FOUR], slides.aside[i]
-        a, b = now * own[0] + then * own[2], now * own[1] + then * own[3]
-        out[slides.slot[i]] += a * re - b * im + then * own[4]
-        out[k + slides.slot[i]] += b * re + a * im + then * own[5]
+        out[slides.slot[i]] += own[0] * re - own[1] * im
+        out[k + slides.slot[i]] += own[1] * re + own[0] * im
+
+
+@part
+def keep_aside(slides, q, past):
+    """Write these slides of the last step to a spectrum, before the next one is taken.
+
+    past : (2 k,), m, out
+    """
+    for c in range(0, len(past), FOUR):
+        store(past, c, broadcast(0.0))
+    add_aside(slides, q, len(past) // 2, past)
 
 
 @part
@@ -132,8 +147,8 @@ def aside_at(rows, slides, q, active, space):
     k = len(radial) // 2
     if len(slides.at) > 0:
         for c in range(0, 2 * k, FOUR):
-            store(radial, c, broadcast(0.0))
-        add_aside(slides, q, k, 1.0, 1.0, radial)
+            store(radial, c, load(space.past, c))
+        add_aside(slides, q, k, radial)
     for s in range(active):
         j = space.solver.where[s]
         before[j] = 0.0
@@ -193,60 +208,97 @@ def add_unseen(rotor, thrust, angle, push, k, out):
     add_held(held.slides, held.slot, push, k, out)
 
 
+@inlined
+def keep_gaps(gaps, row, again):
+    """Copy the gaps without contact forces, for `rub_slots`.
+
+    gaps, row : m, in folded order from index `row` on
+    again : (2 wide,), m, out
+    """
+    for c in range(0, len(again), FOUR):
+        store(again, c, load(gaps, row + c))
+
+
 @part
 def slide_on(rows, slides, mu, moved, active, state, space):
     """Return whether all tips in contact slide with the rotation, which mu drags back.
 
     The spectrum of the slides without contact forces is written to space.radial, that
-    with those of permanent sliding to space.along.
+    with those of permanent sliding to space.along; friction.state becomes the states of
+    all tips, as by `coulomb.obeyed`.
 
     moved : m, Omega R dt
     active : number of tips in contact, the first ones of the solver's
     """
     radial, along, k = space.radial, space.along, len(space.radial) // 2
     read_slides(rows, slides.rows, state.rotor, radial)
-    add_aside(slides, state.rotor, k, 1.0, 0.0, radial)
-    if slides.law.decay > 0.0:
-        return False
+    add_aside(slides, state.rotor, k, radial)
     for c in range(0, 2 * k, FOUR):
         store(along, c, load(radial, c))
     add_by(slides.fixed, SLID, k, state.lam, along)
+    states, obeys = space.friction.state, not slides.law.decay > 0.0
+    states[:] = CLEAR
     for s in range(active):
+        j = space.solver.where[s]
         if space.solver.push[s] > 0.0 and slides.law.friction > 0.0:
-            slid = at_blade(rows.turns, space.solver.where[s], k, along, 0) - moved
-            if not slid * mu < 0.0:
-                return False
-    return True
+            slid = at_blade(rows.turns, j, k, along, 0) - moved
+            states[j] = dragged(slid, mu)
+            obeys = obeys and states[j] != STICKS
+    return obeys
 
 
-@rare
-def rub_slots(rows, rotor, slides, mu, gap, moves, thrust, angle, state, space):
+@part
+def set_slides(rows, slides, first, last, moves, space):
+    """Set slides of the tips friction.chosen[first:last], see `coulomb.rub`.
+
+    moves : as in `rub_slots`
+    """
+    friction, k = space.friction, len(space.radial) // 2
+    for s in range(first, last):
+        j = friction.chosen[s]
+        friction.slides[j] = at_blade(rows.turns, j, k, space.radial, 0) - moves[0]
+        if slides.law.decay > 0.0:
+            before = at_blade(rows.turns, j, k, space.slip, 0)
+            friction.before[j] = before - moves[1]
+
+
+@part
+def read_past(slides, q, space):
+    """Compute the spectrum of the slides of the step before: set space.slip, m."""
+    along, radial, slip = space.along, space.radial, space.slip
+    for c in range(len(slip)):
+        slip[c] = along[c] - radial[c]
+    if len(slides.at) > 0:
+        for c in range(len(slip)):
+            slip[c] += space.past[c]
+        add_aside(slides, q, len(slip) // 2, slip)
+
+
+@part
+def rub_slots(rows, rotor, slides, mu, moves, thrust, angle, state, space):
     """Solve a step's normal forces and friction together; apply the rest of friction.
 
     Return the number of tips in contact, -1 without a solution.
 
-    gap : m, clearance
     moves : m, Omega R dt of this step and of the step before
     thrust, angle : as in `add_unseen`
     """
     friction, solver, along = space.friction, space.solver, space.along
     k, wide, blades = len(along) // 2, len(space.again) // 2, len(state.last)
-    to_gaps_seldom(space.spectrum, rows.wave, gap, k, wide, space.again, 0)
     read_moves(rows, state.rotor, along)
     add_unseen(rotor, thrust, angle, space.push, k, along)
-    for c in range(2 * k):
-        space.slip[c] = along[c] - space.radial[c]
-    add_aside(slides, state.rotor, k, 1.0, 1.0, space.slip)
+    if slides.law.decay > 0.0:
+        read_past(slides, state.rotor, space)
     for j in range(blades):
-        slid = at_blade(rows.turns, j, k, space.radial, 0)
-        before = at_blade(rows.turns, j, k, space.slip, 0)
         solver.near[j] = space.again[place_of(j, blades, wide)]
-        friction.slides[j] = slid - moves[0]
-        friction.before[j] = before - moves[1]
-    active = rub(
-        solver.near, slides.law, slides.step, slides.places, slides.shape, solver.lam,
-        friction.after, solver.opened, solver.fallback, friction,
-    )  # fmt: skip
+    size, more, active = 0, choose(solver.near, slides.law, friction), 0
+    while size < more:
+        set_slides(rows, slides, size, more, moves, space)
+        size = more
+        active, more = rub(
+            solver.near, size, slides.law, slides.step, slides.places, slides.shape,
+            solver.lam, friction.after, solver.opened, solver.fallback, friction,
+        )  # fmt: skip
     row = state.counter[STEP] % 3 * 2 * wide
     for j in range(blades):
         state.gaps[row + place_of(j, blades, wide)] = solver.opened[j]
@@ -308,19 +360,17 @@ def push_along(rows, slides, q, more, step):
 
 
 @inlined
-def slide_slots(rows, rotor, contact, mu, speed, gap, moves, thrust, angle, active,
-                state, space):  # fmt: skip
+def slide_slots(rows, rotor, contact, mu, speed, moves, thrust, angle, active, state,
+                space):  # fmt: skip
     """Return the number of tips in contact by Coulomb's law; enter their friction.
 
     moves : m, Omega R dt of this step and of the step before; other arguments are those
         of `rub_slots`
     """
     slides, solver = contact.slides, space.solver
-    loose = not slide_on(rows, slides, mu, moves[0], active, state, space)
+    loose = not slide_on(rows, slides, mu, moves[0], active, state, space) or active < 0
     if loose:
-        active = rub_slots(
-            rows, rotor, slides, mu, gap, moves, thrust, angle, state, space
-        )
+        active = rub_slots(rows, rotor, slides, mu, moves, thrust, angle, state, space)
     aside_at(rows, slides, state.rotor, active, space)
     book_rub(
         mu, solver.push, solver.where, active, speed, slides.step, moves, loose, state,

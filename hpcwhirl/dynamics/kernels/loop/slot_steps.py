@@ -34,7 +34,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     slips_now,
     write_sample,
 )
-from hpcwhirl.dynamics.kernels.coulomb import coulomb_space
+from hpcwhirl.dynamics.kernels.coulomb import constant_response
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
@@ -81,6 +81,8 @@ from hpcwhirl.dynamics.kernels.loop.slot_slides import (
     PUSH,
     RUBBED,
     is_loose,
+    keep_aside,
+    keep_gaps,
     slide_slots,
 )
 from hpcwhirl.dynamics.kernels.loop.slots import (
@@ -161,12 +163,14 @@ def note_slips(rows, state, space, step):
 @does(advance, FlowRows)
 @does(advance, SlotRows)
 @inlined
-def advance_slots(rows, rotor, wall, step, speed, state, space):
+def advance_slots(rows, rotor, contact, wall, step, speed, state, space):
     """Take a step without contact forces, after those of the last step.
 
     The implementation of `point_verbs.advance`, with its arguments, for slots.
     """
     drive, pending = rotor.drive, is_pending(state.counter)
+    if len(contact.slides.at) > 0:
+        keep_aside(contact.slides, state.rotor, space.past)
     pass_slots(
         rows, state.rotor, state.lam, state.counter, space.spectrum, state.sums_b,
         space.slip, (rotor.support, space.push, space.turned),
@@ -375,14 +379,15 @@ def touch_slots(rows, rotor, contact, wall, mu, step, speed, thrust, angle, _eve
             solver, space.layer,
         )  # fmt: skip
     else:
+        if is_loose(contact.slides):
+            keep_gaps(gaps, now * 2 * wide, space.again)
         active = solved(gaps, now * 2 * wide, lowest, blades, wide, solver)
     if active > 0:
         write_forces(rows, active, state, space)
-    if active > 0 and is_loose(contact.slides):
+    if active != 0 and is_loose(contact.slides):
         moves = slides_at(wall, speed, contact.slides.law.radius, time, step)
         active = slide_slots(
-            rows, rotor, contact, mu, speed, gap, moves, thrust, angle, active, state,
-            space,
+            rows, rotor, contact, mu, speed, moves, thrust, angle, active, state, space
         )  # fmt: skip
     if active > 0:
         if is_flow(rows) and is_shaped(wall):
@@ -587,7 +592,9 @@ def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
         "held": rotor.drive.held.own, "beside": rotor.drive.held.beside,
     })  # fmt: skip
     sizes = *(width,) * 4, (STEPS + 1) * width + 2 * FOUR, 2 * wide, 2 * wide
-    spectrum, slip, radial, along, seen, out, again = aligned_zeros(*sizes)
+    spectrum, slip, radial, along, seen, out, again, past = aligned_zeros(
+        *sizes, width * loose
+    )
     solver = circulant_space(
         blades, wide, arrays.contact.column, state.known, rotor.rows.wave
     )
@@ -600,8 +607,8 @@ def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
         np.full(3, -1.0),
         state._replace(rotor=state.rotor.copy(), counter=state.counter.copy()),
         layer_space.py_func(len(state.entered)),
-        coulomb_space.py_func(blades * loose, 0),
-        np.zeros((2 * width + FOUR) * loose),
+        constant_response(blades, arrays.contact.slides.law),
+        np.zeros((2 * width + FOUR) * loose), past,
     )  # fmt: skip
 
 

@@ -522,9 +522,9 @@ class SlotSlides(NamedTuple):
     fixed : (7, 2 k) flat, by slot, re, then im, what unit forces change: items `SLID`
         to `MOVED`
     swirl, swirls : those of `SlotDrive`, of forces along theta
-    at, slot, aside : (n,), (n,), (n, 6): waves of the motion without contact, that of a
-        changing speed or an orbit: index of re, slot; re, im of the slide of a step and
-        of the step before for unit amplitude, and what to add to the latter
+    at, slot, aside : (n,), (n,), (n, 2): waves of the motion without contact, that of a
+        changing speed or an orbit: index of re, slot; re, im of the slide of a step for
+        unit amplitude
     """
 
     law: Coulomb
@@ -576,6 +576,8 @@ class SlotSpace(NamedTuple):
     rubbed : (4 k + 4,), or empty: of the last step in which friction was not that of
         permanent sliding: spectra (2 k,) of the motion along the casing that the rest
         of it causes, beyond what the pass sees, m, and of this rest, N; the step
+    past : (2 k,), or empty: m, spectrum of the slides of the step before by the motion
+        without contact
     """
 
     spectrum: Floats
@@ -599,3 +601,4 @@ class SlotSpace(NamedTuple):
     layer: LayerSpace
     friction: CoulombSpace
     rubbed: Floats
+    past: Floats

@@ -39,13 +39,14 @@ from hpcwhirl.dynamics.kernels.contact import (
     place_on_waves,
     pulse_of,
     read_ring,
+    slides_at,
     slips_now,
-    turned_by,
     watch,
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.coulomb import (
     book_slides,
+    choose,
     coulomb_space,
     obeyed,
     rub,
@@ -325,8 +326,9 @@ def march_bodies(
             for j in range(blades):
                 tau[j] = mu * lam[j]
             if loose:
-                moved = coulomb.radius * turned_by(wall, speed, now, step)
-                moved_before = coulomb.radius * turned_by(wall, speed, now - step, step)
+                moved, moved_before = slides_at(
+                    wall, speed, coulomb.radius, following, step
+                )
                 free_b[:], free_c[:] = b.ahead, c.ahead
                 push_apart(rotor, casing, b, c, lam, tau, own, inward, index, shape)
                 slides_of(
@@ -338,16 +340,19 @@ def march_bodies(
                     shape,
                     along_b, along_c, friction.before,
                 )  # fmt: skip
-                if active < 0 or not obeyed(mu, coulomb, lam, friction):
+                if not obeyed(mu, coulomb, lam, friction) or active < 0:
                     b.ahead[:], c.ahead[:] = free_b, free_c
                     slides_of(
                         rotor, casing, b.ahead, c.ahead, every, moved, own, inward,
                         index, shape, along_b, along_c, friction.slides,
                     )  # fmt: skip
-                    active = rub(
-                        gaps, coulomb, step, index, shape, lam, tau, opened, space,
-                        friction,
-                    )  # fmt: skip
+                    size, more = 0, choose(gaps, coulomb, friction)
+                    while size < more:
+                        size = more
+                        active, more = rub(
+                            gaps, size, coulomb, step, index, shape, lam, tau, opened,
+                            space, friction,
+                        )  # fmt: skip
                     if active < 0:
                         counter[STOP] = COMPLEMENTARITY
                         return
