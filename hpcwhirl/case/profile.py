@@ -6,10 +6,10 @@ of the rotor's axis towards alpha, -e cos(theta - alpha) for e much smaller than
 radius. An elastic casing moves about that shape with the stiffness of a round casing.
 
 A casing may be held deformed and then released. Constant radial loads f hold it at the
-profile w = Phi_w Lambda^-1 Phi_w^T f, with Phi_w the radial coordinates of its modes
-and Lambda their omega^2. When they vanish, it swings freely from the displacement
-x = Phi Lambda^-1 Phi_w^T f, at rest. Before, it moves about w with its usual stiffness,
-since constant loads add none.
+profile w = Phi_w Lambda^-1 Phi_w^T f, with Phi_w the radial harmonics of its modes in
+the plane of contact and Lambda their omega^2. When they vanish, it swings freely from
+the displacement x = Phi Lambda^-1 Phi_w^T f, at rest. Before, it moves about w with its
+usual stiffness, since constant loads add none.
 
 A table over the angle, joined by straight lines, becomes `HIGHEST` harmonics. The
 Fourier sums S of a steep edge overshoot it by some 8 % (Gibbs), on both sides; means
@@ -34,7 +34,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.kept_tables import HARMONICS, kept_rows
-from hpcwhirl.structure import FourierOperator
+from hpcwhirl.structure import FourierOperator, RingOperator, Uniform
 
 HIGHEST = 64  # highest harmonic that is kept of a table over angle
 LEAST = 1e-9  # amplitude of a harmonic, relative to the largest, that counts as 0
@@ -329,42 +329,79 @@ def release_step(scene: Scene) -> int:
     return max(1, round(casing.profile_release / scene.solver.time_step))
 
 
-def held_displacement(model: Model, scene: Scene) -> Floats:
-    """Return the displacement of a casing, (n,), m, from which it swings when released.
+class Held(NamedTuple):
+    """Shape in which radial loads in the casing's plane of contact hold it.
 
-    It is that of the n coordinates of the casing's model, static frame.
+    Attributes
+    ----------
+    rows : (n, c), give n amplitudes of harmonics of the radial displacement from the
+        casing's c coordinates
+    values : (n,), m, what these amplitudes are in the shape
+    """
+
+    rows: Floats
+    values: Floats
+
+    def amplitudes(self, omega: Floats, shapes: Floats) -> Floats:
+        """Return the modal amplitudes, (m,), from which a released casing swings.
+
+        They are Lambda^-1 Phi_w^T f, with loads f such that the shape is w.
+
+        omega, shapes : (m,), rad/s; (c, m), of its modes
+        """
+        outward = self.rows @ shapes
+        soft = outward / omega**2
+        load = np.linalg.solve(soft @ outward.T, self.values)
+        return np.asarray(soft.T @ load)
+
+
+def held_shape(model: Model, scene: Scene) -> Held:
+    """Return the shape in which a casing is held until it is released.
 
     model : model of all sectors
     """
-    ring, casing, shape = model.ring, model.casing, profile_of(scene)
-    if not isinstance(ring, FourierOperator) or casing is None:
+    ring, shape = model.ring, profile_of(scene)
+    if ring is None:
         raise TypeError(ring)
-    wanted = np.zeros(ring.width)
-    for h, a, b in zip(*(part.tolist() for part in shape[:3]), strict=True):
-        wanted[2 * h - 1 if h else 0] = a
-        if h:
-            wanted[2 * h] = b
-    rows = np.flatnonzero(wanted)
-    outward = casing.shapes[ring.radial[rows]]
-    soft = outward / casing.omega**2
-    load = np.linalg.solve(soft @ outward.T, wanted[rows])
-    return np.asarray(casing.shapes @ (soft.T @ load))
+    waves = ring.waves()
+    found = [
+        (waves[h, part], value)
+        for h, *values in zip(*(part.tolist() for part in shape[:3]), strict=True)
+        for part, value in enumerate(values)
+        if value != 0.0
+    ]
+    rows, values = zip(*found, strict=True)
+    return Held(np.array(rows), np.array(values))
 
 
 def check_release(model: Model, scene: Scene) -> None:
-    """Raise InputError if the modes of a released casing cannot form its profile."""
-    if release_step(scene) == NEVER:
+    """Raise InputError if a released casing cannot swing from its profile.
+
+    Its modes must form the profile, and do so at all places that the blades touch.
+    """
+    if release_step(scene) == NEVER or model.ring is None:
         return
-    highest = int(profile_of(scene).orders.max())
-    ring = model.ring
-    if isinstance(ring, FourierOperator) and highest <= ring.harmonics:
-        return
-    most = ring.harmonics if isinstance(ring, FourierOperator) else 0
-    raise InputError(
-        "profile_release must be 0 where the profile has a harmonic in which the "
-        f"casing cannot swing: {highest}, of a casing with harmonics up to {most}; "
-        f"got {scene.engine.casing.profile_release:.6g} s"
-    )
+    ring, time = model.ring, scene.engine.casing.profile_release
+    highest, most = int(profile_of(scene).orders.max()), highest_wave(ring)
+    if highest > most:
+        raise InputError(
+            "profile_release must be 0 where the profile has a harmonic in which the "
+            f"casing cannot swing: {highest}, of a casing with harmonics up to {most}; "
+            f"got {time:.6g} s"
+        )
+    if isinstance(ring, FourierOperator) and not isinstance(ring.axial, Uniform):
+        raise InputError(
+            "profile_release must be 0 where blades with several contact points touch "
+            "a casing that varies along its axis, since it is held at one place along "
+            f"it; got {time:.6g} s"
+        )
+
+
+def highest_wave(ring: RingOperator | FourierOperator) -> int:
+    """Return the highest harmonic of radial displacement that a casing has in full."""
+    if isinstance(ring, FourierOperator):
+        return ring.harmonics
+    return (ring.elements - 1) // 2
 
 
 def told_of_release(scene: Scene) -> tuple[float, ...]:

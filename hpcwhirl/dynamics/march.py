@@ -18,7 +18,7 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.bounds import TOUCHDOWNS
 from hpcwhirl.case.limits import beat_of, step_counts
 from hpcwhirl.case.plan import Marched
-from hpcwhirl.case.profile import NEVER, held_displacement, release_step
+from hpcwhirl.case.profile import NEVER, held_shape, release_step
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of, speed_at
 from hpcwhirl.case.unbalance import loss_step
@@ -566,9 +566,9 @@ class March:
 
         The energy that this adds is entered in the ledger as work of the loading.
         """
-        state, places = self.state, held_displacement(self.model, self.scene)
+        state, shape = self.state, held_shape(self.model, self.scene)
         before = self.scheme.balance(state).energy
-        self.scheme.release(state, places, self.steps)
+        self.scheme.release(state, shape, self.steps)
         state.ledger[contact.PULSE] += self.scheme.balance(state).energy - before
 
     def _call(self, steps: int) -> None:

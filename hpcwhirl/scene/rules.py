@@ -297,10 +297,8 @@ OF_CASING = (
         lambda time, rise: (time == 0.0) | (time >= rise),
         lambda time, rise:
             f"profile_release must be 0 or >= profile_rise ({rise} s), got {time}"),
-    must_be(0, "profile_release", Unless(
-        "where the casing is no ring of harmonics (kind {}, discretization {})",
-        ("kind", "discretization"),
-        lambda kind, by: (kind == "ring") & (by == "fourier"))),
+    must_be(0, "profile_release", Unless("where the casing cannot swing (kind {})",
+        ("kind",), lambda kind: kind == "ring")),
 )
 OF_ENGINE = (
     *(must_be(0, f"rotor.{name}", AT_REST) for name in STANDING),

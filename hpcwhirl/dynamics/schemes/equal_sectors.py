@@ -14,6 +14,7 @@ from scipy.linalg import circulant
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.case.limits import step_counts
+from hpcwhirl.case.profile import Held
 from hpcwhirl.case.speed import Interval, angle_at, law_of
 from hpcwhirl.case.unbalance import (
     missing_at_start,
@@ -21,7 +22,7 @@ from hpcwhirl.case.unbalance import (
     steady_at,
     steady_rates,
 )
-from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, amplitudes, lowering
+from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, amplitudes
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, rods_under, wears
 from hpcwhirl.dynamics.bodies.turning import added_by, included_in
 from hpcwhirl.dynamics.kernels import contact
@@ -749,12 +750,12 @@ class EqualWaves(Integrator):
         if share < 1.0:
             state.sums_c[0] = state.ledger[contact.PULSE] = self.balance(state).energy
 
-    def release(self, state: CyclicState, places: Floats, steps: int) -> None:
+    def release(self, state: CyclicState, shape: Held, steps: int) -> None:
         """Let go of a casing held in a shape: add the shape to a state's motion."""
         body = self.model.casing
         if body is None or self.beside is None:
             raise TypeError(body)
-        q = lowering(body, self.model.shapes[1]) @ places
+        q = shape.amplitudes(body.omega, self.model.shapes[1])
         angle = float(angle_at(self.scene, steps, self.scene.solver.time_step))
         other = state._replace(rotor=np.zeros_like(state.rotor))
         self._set_ring(other, ring_turned(self.model, q, angle), np.zeros_like(q))

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from hpcwhirl.arrays import Floats
+from hpcwhirl.case.profile import Held
 from hpcwhirl.case.speed import Interval, angle_at, law_of
 from hpcwhirl.case.unbalance import (
     missing_at_start,
@@ -20,7 +21,6 @@ from hpcwhirl.dynamics.bodies.motion import (
     Motion,
     after_loss,
     amplitudes,
-    lowering,
 )
 from hpcwhirl.dynamics.bodies.turning import added_by, included_in
 from hpcwhirl.dynamics.kernels import contact
@@ -251,18 +251,18 @@ class BothAsWaves(Integrator):
         padded = len(state.lam) // HELD
         state.lam[padded:] = -np.abs(state.lam[padded:])
 
-    def release(self, state: CyclicState, places: Floats, steps: int) -> None:
+    def release(self, state: CyclicState, shape: Held, steps: int) -> None:
         """Let go of a casing held in a shape: add the shape to a state's motion.
 
         The gaps of the last two steps, which include the shape, are those of an
         undeformed casing afterwards, since the amplitudes have it.
 
-        state, places, steps : as for `Integrator.release`
+        state, shape, steps : as for `Integrator.release`
         """
         body, model = self.model.casing, self.model
         if body is None:
             raise TypeError(body)
-        q = lowering(body, model.shapes[1]) @ places
+        q = shape.amplitudes(body.omega, model.shapes[1])
         before = self.balance(state).energy
         turned = ring_turned(model, q, self._angle(steps))
         gained = self.waves.casing.motion.write(turned, 0.0 * q)
@@ -273,8 +273,8 @@ class BothAsWaves(Integrator):
         rows = state.gaps.reshape(3, -1)
         for step in (steps - 1, steps):
             angle = self._angle(step)
-            shape = self.reads.w @ ring_turned(model, q, angle)
-            rows[step % 3] -= shape[chosen]
+            outward = self.reads.w @ ring_turned(model, q, angle)
+            rows[step % 3] -= outward[chosen]
 
     def _static(self, copies: Floats, stride: int) -> Floats:
         steps = stride * np.arange(1.0, len(copies) + 1)

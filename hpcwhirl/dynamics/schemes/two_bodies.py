@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 
 from hpcwhirl.arrays import Floats
+from hpcwhirl.case.profile import Held
 from hpcwhirl.case.speed import Interval
 from hpcwhirl.case.unbalance import steady_start
 from hpcwhirl.dynamics.bodies.motion import (
@@ -275,12 +276,12 @@ class TwoBodies(Integrator):
         if model.rotor.spin is None:
             contact.w_rotor[:] = rotor_compliance(model, self.scene, mu)
 
-    def release(self, state: BodiesState, places: Floats, _: int) -> None:
-        """Let go of a casing held in a shape: add the shape to a state's motion.
-
-        places : (n,), m, the shape as displacements of the casing's n coordinates
-        """
-        casing = self.held[1]
-        y = casing.lower() @ places
+    def release(self, state: BodiesState, shape: Held, _: int) -> None:
+        """Let go of a casing held in a shape: add the shape to a state's motion."""
+        body, casing = self.model.casing, self.held[1]
+        if body is None:
+            raise TypeError(body)
+        q = shape.amplitudes(body.omega, body.shapes)
+        y = body.shapes @ q if casing.whole else q
         state.q_c[: len(y)] += y
         state.d_c[: len(y)] += casing.steps.increments(y, 0.0 * y)
