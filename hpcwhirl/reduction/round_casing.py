@@ -197,21 +197,32 @@ def at_station(
     """Return a casing reduced to one plane across its axis, where the blades touch it.
 
     The result has no matrices, and no modes that are at rest in the plane; a casing
-    that is uniform along its axis is returned unchanged.
+    that is uniform along its axis is returned unchanged. Its first coordinates are
+    those in the plane. What the casing has beside them follows as further directions
+    of displacement, so that displacements determine the amplitudes of modes.
 
     station : m, axial position of the plane, 0 in the casing's middle
     """
     if isinstance(operator.axial, Uniform):
         return model, operator
-    weight = operator.axial.at(np.array([station]))[0]
-    shape = (operator.axial.count, operator.width, -1)
-    rows = operator.radial, operator.tangential
-    seen = [np.tensordot(weight, model.shapes[r].reshape(shape), 1) for r in rows]
-    shapes = np.vstack(seen)
+    weight = operator.axial.at(np.array([station]))
+    beside = np.linalg.svd(weight)[2][1:]
+    every = model.shapes.reshape(
+        operator.directions, operator.axial.count, operator.width, -1
+    )
+    shapes = np.tensordot(weight[0], every[:2], (0, 1)).reshape(2 * operator.width, -1)
     moved = np.abs(shapes).max(axis=0)
     chosen = moved > STILL * moved.max()
-    flat = FourierOperator(operator.harmonics, operator.radius)
-    return model.only(chosen, shapes[:, chosen]), flat
+    others = np.tensordot(beside, every[:2], (1, 1))
+    blocks = (
+        shapes,
+        *(part.reshape(-1, shapes.shape[1]) for part in (others, every[2:])),
+    )
+    rows = np.vstack(blocks)[:, chosen]
+    flat = FourierOperator(
+        operator.harmonics, operator.radius, directions=len(rows) // operator.width
+    )
+    return model.only(chosen, rows), flat
 
 
 Table = dict[str, NDArray[Any]]

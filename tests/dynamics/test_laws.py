@@ -29,7 +29,7 @@ SMOOTH = {  # a short pulse rings at all lengths
 SHORTER = {"pulse": 5e-4, "duration": 6e-4}  # intervals of one step are costly
 BY_INTERVALS = "run-", "closes"  # within an interval, a line stands for the law
 STARTED = {"start_energy": 5.0, "start_modes": "rotor suspension"}
-UNSTARTED = "unbalance", "lost blade", "shell", "points", "clamped", "run-up, rot"
+UNSTARTED = "unbalance", "lost blade", "points", "clamped", "run-up, rot"
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ from rotor_files import exported
 from scipy.linalg import eigh
 
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.bodies.motion import turned
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Casing, apply_settings, named_scene
@@ -111,6 +112,18 @@ def test_paper_is_told_that_it_needs_coordinates():
     with pytest.raises(InputError, match="nor 'shell' with one contact point") as told:
         march(scheme="paper")
     assert len(str(told.value).splitlines()) == 1
+
+
+def test_a_motion_of_all_families_is_continued():
+    """Displacements beside the plane of contact determine the axial families."""
+    case = resolve(scene())
+    first = March(case)
+    first.reach(1000)
+    begun = turned(case.model, first.motion())
+    again = March(case, begun).motion()
+    size = np.abs(begun.casing_velocity).max()
+    assert size > 0.0
+    assert np.abs(again.casing_velocity - begun.casing_velocity).max() < 1e-9 * size
 
 
 def test_a_folded_shell_moves_as_the_whole():
