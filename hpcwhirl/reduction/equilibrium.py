@@ -72,11 +72,12 @@ def on_springs(model: ModalModel, speed: float | None) -> ModalModel:
 
     speed : rad/s, of their linearisation; None: the springs in the stiffness matrix
     """
-    spin, stations = model.terms, list(model.terms.stations)
+    spin, stations, turned = model.terms, list(model.terms.stations), speed or 0.0
     for i in loaded_of(spin):
-        here = Support() if speed is None else bearing_at(spin, i).at(speed)
+        here = Support() if speed is None else bearing_at(spin, i).at(turned)
         alike = Support(here.stiffness, here.damping.real + 0j)
-        stations[i] = replace(stations[i], support=alike)
+        unmirrored = alike.at(turned)  # as `Support.at` mirrors it at this speed
+        stations[i] = replace(stations[i], support=unmirrored)
     return replace(model, spin=replace(spin, stations=tuple(stations)))
 
 

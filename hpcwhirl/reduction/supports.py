@@ -57,7 +57,13 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
-from hpcwhirl.reduction.bearing_laws import Journal, Law, Rolling, linearised
+from hpcwhirl.reduction.bearing_laws import (
+    Journal,
+    Law,
+    Rolling,
+    force_at,
+    linearised,
+)
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.structure import LineSupport, Mount
 
@@ -83,9 +89,10 @@ class Support:
     stiffness_apart, damping_apart : k_d, c_d, by which directions differ
     film, clearance : damping c_0, N s/m, of a squeeze film, which c includes, and its
         clearance, m; 0: no film
-    bearing, spring, speed : law of a journal or rolling bearing, of which the others
-        are the linearisation; stiffness that the rotor's own matrix has in its place;
-        rad/s, of the linearisation
+    bearing, spring, speed, place : law of a journal or rolling bearing, of which the
+        others are the linearisation; stiffness that the rotor's own matrix has in its
+        place; rad/s, and displacement in equilibrium, m, static frame, of the
+        linearisation
     """
 
     stiffness: complex = 0j
@@ -97,6 +104,7 @@ class Support:
     bearing: Law | None = None
     spring: float = 0.0
     speed: float = 0.0
+    place: complex = 0j
 
     @property
     def is_round(self) -> bool:
@@ -122,6 +130,18 @@ class Support:
         on it is -(k + i Omega c) z - c z'; speed : Omega, rad/s
         """
         return self.stiffness + 1j * speed * self.damping
+
+    def drawn_at(self, place: complex) -> complex:
+        """Return F_0 = F(Z, 0) + k Z of a bearing, N, static frame; else 0.
+
+        It is what the bearing's force at rest has beyond that of its mean stiffness.
+
+        place : Z, m, static frame
+        """
+        if self.bearing is None:
+            return 0j
+        held = self.stiffness + self.spring
+        return force_at(self.bearing, place, self.speed) + held * place
 
     def force(self, place: complex, rate: complex) -> complex:
         """Return the force on the rotor, F_x + i F_y, N, static frame.
@@ -277,7 +297,9 @@ class LoadedBearing(Bearing):
         each = linearised(self.law, place, turned)
         (k, k_d), (c, c_d) = (_by_direction(one.ravel()) for one in each)
         linear = Support(k - self.spring, c, k_d, c_d)
-        return replace(linear, bearing=self.law, spring=self.spring, speed=speed)
+        return replace(
+            linear, bearing=self.law, spring=self.spring, speed=speed, place=place
+        )
 
     def is_carried(self, speed: float) -> bool:
         """Return whether a film carries the journal at a speed, rad/s."""

@@ -66,6 +66,12 @@ OIL = {"film_viscosity": 0.02, "film_length": 0.03, "film_radius": 0.06,
        "film_clearance": 2e-4}  # fmt: skip
 FILMS = shaft({"station": 0, "kxx": 4e7, **OIL}, {"station": 2, "kxx": 6e7, **OIL})
 BOTH = shaft({"station": 0, **OVAL}, {"station": 2, "kxx": 6e7, **OIL, **PEDESTAL})
+SLIM = {"journal_viscosity": 0.02, "journal_length": 0.05, "journal_radius": 0.06,
+        "journal_clearance": 2e-4}  # fmt: skip
+BALLS = {"rolling_stiffness": 1e10, "rolling_balls": 7, "rolling_clearance": 1e-5,
+         "rolling_cage": 0.42, "cxx": 2e3}  # fmt: skip
+JOURNALS = shaft({"station": 0, **SLIM}, {"station": 2, **SLIM, **PEDESTAL})
+LOADED = shaft({"station": 0, **SLIM}, {"station": 2, **BALLS})
 WEIGHT = {"gravity": 9.81, "gravity_angle": -1.4}
 START = {
     "start_energy": 5.0, "start_modes": "rotor suspension, casing 2",
@@ -148,6 +154,7 @@ TABLE = {  # scene: what is set, the schemes that march it
     ),
     "lost blade, shaft, supports apart": (FULL | APART | {"lost_blade": 2}, ("modal",)),
     "weight, shaft, films": (FULL | FILMS | WEIGHT, ("modal",)),
+    "weight, shaft, journals": (FULL | JOURNALS | WEIGHT, ("modal",)),
     "weight, shaft, supports apart, unequal": (
         FULL | APART | WEIGHT | UNEQUAL | {"unbalance": 5e-3}, ("modal",),
     ),
@@ -159,6 +166,10 @@ TABLE = {  # scene: what is set, the schemes that march it
     ),
     "run-up, rotation, shaft, films, weight": (
         FULL | FILMS | WEIGHT | {"acceleration": 2000.0, "unbalance": 5e-3}, ("modal",),
+    ),
+    "run-up, rotation, shaft, journal, balls, weight": (
+        FULL | LOADED | WEIGHT | {"acceleration": 2000.0, "unbalance": 1e-3},
+        ("modal",),
     ),
     "run-up, rotation, supports apart, film": (
         FULL | {"stiffness_difference": 1.2e7, "damping_difference": 1200.0,

@@ -55,7 +55,7 @@ from hpcwhirl.dynamics.kernels.standing import (
     terms_at,
     turned_at,
 )
-from hpcwhirl.reduction.bearing_laws import Rolling, force_at
+from hpcwhirl.reduction.bearing_laws import Rolling
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, unlike
@@ -344,7 +344,7 @@ def _bearing(own: Support, sag: complex) -> tuple[complex, ...]:
     law, held = own.bearing, own.stiffness + own.spring
     if law is None:
         return PLAIN, 1, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    rest = held, own.damping.real, force_at(law, sag, own.speed) + held * sag
+    rest = held, own.damping.real, own.drawn_at(sag)
     if isinstance(law, Rolling):
         between = np.exp(2j * np.pi / law.balls)
         return ROLLING, law.balls, between, law.hertz, law.cage, *rest
@@ -385,6 +385,19 @@ def set_standing(model: Model, stand: Stand, speed: float, moved: Floats) -> Non
     stand.stiffness[:], stand.damping[:] = _apart(every)
     stand.bearings.stiffness[:] = [own.stiffness + own.spring for own in every]
     stand.bearings.damping[:] = [own.damping.real for own in every]
+    stand.bearings.drawn[:] = [own.drawn_at(own.place) for own in every]
+
+
+def drawn_loads(stand: Stand, rows: Floats) -> Floats:
+    """Return the forces F_0 of the bearings, (2, m), N, as `varying.Loads.weight`.
+
+    They are added to f_0, since the supports' forces have the rest beyond them only.
+
+    rows : (2 s, m), x, y of the supports for unit amplitudes of the modes
+    """
+    drawn = stand.bearings.drawn
+    ways = np.stack([drawn, -1j * drawn])
+    return np.asarray(ways.view(np.float64) @ rows)
 
 
 def added_by(stand: Stand, x: Floats, free: Floats, angle: float) -> Floats:

@@ -3,11 +3,12 @@
 M x'' + (D + 2 Omega C) x' + (K(Omega) + S) x = f - (dOmega/dt) C x + f_0, in blocks of
 modes at rest, one for each nodal diameter. The run is divided into intervals
 (`case.speed`), in which Omega is its mean. As the equation is linear, x = y + r. r is
-the motion due to f_0, the forces of the unbalance, Euler's forces on the blades and the
-weight; it begins with the steady motion at the first speed, the circle of the unbalance
-and the sag. y is the motion due to contact. At a constant speed r is that motion, and y
-the one about it, as in `case.unbalance`. Both are integrated by the same scheme, see
-`kernels.oracle.body`, and stand on the same supports, see `kernels.standing`.
+the motion due to f_0, the forces of the unbalance, Euler's forces on the blades, the
+weight and F_0 of bearings (`kernels.standing`); it begins with the steady motion at the
+first speed, the circle of the unbalance and the sag. y is the motion due to contact. At
+a constant speed r is that motion, and y the one about it, as in `case.unbalance`. Both
+are integrated by the same scheme, see `kernels.oracle.body`, and stand on the same
+supports, see `kernels.standing`.
 
 From one interval to the next the motion is continuous, while the matrices of its energy
 change: the change of the energy of y is entered as work of the loading.
@@ -34,6 +35,7 @@ from hpcwhirl.dynamics.bodies.motion import CentralSteps
 from hpcwhirl.dynamics.bodies.turning import (
     added_by,
     by_diameter,
+    drawn_loads,
     driven_standing,
     forces_at,
     included_in,
@@ -139,7 +141,8 @@ class DrivenRotor:
     alike : (r,), indices of the modes that f_0 moves, block by block
     begun : (a + 1,), index in `alike` of the first mode of each of a blocks, and r
     force, weight : (m,), f_0 in the present interval of speed, without the weight; (2,
-        m), the weight by cos and sin of the rotor's angle
+        m), the weight by cos and sin of the rotor's angle, with F_0 of the bearings
+    hung : (2, m), the weight alone
     held : (2 s, m), x, y of the supports of `kernels.standing`
     """
 
@@ -171,7 +174,7 @@ class DrivenRotor:
         self.alike = np.concatenate(moved).astype(np.int64)
         self.begun = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
         self.force = np.zeros(len(self.order))
-        self.weight = self.loads.weight[:, self.order]
+        self.weight = self.hung = self.loads.weight[:, self.order]
         self.held = unlike_rows(model, self.shapes)
 
     def _grouped(self, terms: list[Floats]) -> list[_Group]:
@@ -236,14 +239,15 @@ class DrivenRotor:
                 (body.swerve, swerve),
             ):  # fmt: skip
                 array[group.flat] = value
-        self._set_forces(body)
         if len(self.held):
             moved = self._moved(body, np.eye(len(self.order)), self.held).T
             set_standing(self.model, body.stand, speed, moved)
             body.stand.moved[:, body.own :] = moved[:, self.alike]
+            self.weight = self.hung + drawn_loads(body.stand, self.held)
+        self._set_forces(body)
 
     def _set_forces(self, body: Body) -> None:
-        """Set the increments in a step by f_0 and by the weight."""
+        """Set the increments in a step by f_0, and by `weight`."""
         forces = np.stack([self.force, *self.weight])
         moved = self._moved(body, np.eye(len(self.order)), forces).T
         body.force[body.own :] = moved[0, self.alike]

@@ -27,7 +27,7 @@ At a changing speed the motion is the sum of y and of r, the motion without cont
 `bodies.varying`: then z is that of both, z_s = z_g = 0, and Omega that of the interval.
 The angle theta stands for Omega t. The supports' forces on r are those on r alone, with
 which it moves as without any contact; those on y complete them to those on y + r. F_0
-is 0.
+is among the forces on r: so the forces here stay those beyond equilibrium.
 
 A journal bearing or rolling bearing (`Bearings`) has the force F(Z, V) in the static
 frame, Z the displacement and V its velocity, and the matrices of y include k and c of

@@ -32,6 +32,7 @@ from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign
 from hpcwhirl.dynamics.bodies.turning import (
     ALIKE,
+    drawn_loads,
     driven_standing,
     included_in,
     set_standing,
@@ -271,7 +272,9 @@ class DrivenSlots:
     waves : of the nodal diameters with the same number of modes, in turn
     now : what follows from the pace
     tables : indices of the rotor's coefficients in tables of `SlotRows`, by their names
-    stand : the supports' arrays, which are those of the pace
+    stand, held : the supports' arrays, which are those of the pace; (2 s, m), x, y of
+        the supports for unit amplitudes of the modes
+    weight : (2, m), of the weight and of F_0 of bearings at the pace, see `Loads`
     """
 
     def __init__(
@@ -285,6 +288,7 @@ class DrivenSlots:
         self.model, self.scene, self.at, self.rows = model, scene, at, rows
         self.mu, self.step = friction_with_sign(scene), scene.solver.time_step
         self.loads, spin = loads_of(model, scene), model.rotor.terms
+        self.weight = self.loads.weight
         self.supports = spin.support, *(one.support for one in spin.stations)
         pieces, moves = spin.waves, self.loads.moves().astype(float)
         sizes = np.array([len(piece.omega) for piece in pieces])
@@ -304,7 +308,7 @@ class DrivenSlots:
             scene.gravity_angle,
         )  # fmt: skip
         hub = unlike_rows(model, model.rotor.shapes)
-        self.stand = driven_standing(model, hub, self.step)
+        self.stand, self.held = driven_standing(model, hub, self.step), hub
         self.ring = ring.opens, ring.slides
         self.turn(Pace(scene.speed, 0.0))
 
@@ -363,6 +367,7 @@ class DrivenSlots:
             self._recall(_kept[key])
             return
         self._find_waves(pace)
+        self._stand_on()
         opens, drive = self._put_all_rows(), self._drive()
         rows = {name: getattr(self.rows, name)[at] for name, at in self.tables.items()}
         moved = self.stand.moved.copy()
@@ -375,7 +380,7 @@ class DrivenSlots:
         self.now, self.waves = made, made.waves
         for name, at in self.tables.items():
             getattr(self.rows, name)[at] = made.rows[name]
-        set_standing(self.model, self.stand, self.pace.speed, made.moved)
+        self._set_stand(made.moved)
         self._add_ring()
 
     def _add_ring(self) -> None:
@@ -467,13 +472,13 @@ class DrivenSlots:
         out = []
         for i, b in self._driven:
             k, give = int(self.alike[i].k[b]), self.waves[i].give[b]
-            rows = [give @ modes_of(self.model, k, row) for row in self.loads.weight]
+            rows = [give @ modes_of(self.model, k, row) for row in self.weight]
             out.append(np.array(rows))
         return out
 
     def _weight(self) -> Complexes:
         """Return `SlotDrive.weight`."""
-        if not self.loads.weight.any():
+        if not self.weight.any():
             return NO_DRIVE.weight
         each = zip(self._weights(), self._driven, strict=True)
         return np.hstack([
@@ -501,9 +506,7 @@ class DrivenSlots:
             return NO_HOLD
         i, b = self._own
         own, waves, step = self.alike[i], self.waves[i], self.step
-        plain = [one.is_plain for one in self.supports]
-        hubs = own.held[np.flatnonzero(np.logical_not(plain)), b]  # (s, m)
-        more = waves.give[b] @ hubs.conj().T  # (m, s)
+        hubs, more = self._hubs, self._lifted
         gives = waves.inverse[b] @ np.concatenate([more, more])
         passing = waves.rises[b] * (1 + 1 / (1 + waves.ahead[b]))
         moves, beside = hubs @ passing / (2 * step), (i, b) in self._driven
@@ -519,7 +522,6 @@ class DrivenSlots:
             ]
             at = self.places[2][self.places[4] == 1]
         summed = self.summed[i][b]
-        self._stand_on(more)
         return SlotHeld(
             own.wave[b], at, (hubs @ (waves.shapes[b] - waves.rises[b])).conj(),
             moves.conj(), nudge.T.conj().copy(), gives.T.copy(), own.radial[b] @ more,
@@ -528,18 +530,34 @@ class DrivenSlots:
             self.stand,
         )  # fmt: skip
 
-    def _stand_on(self, more: Complexes) -> None:
-        """Set the supports' arrays to those of the present speed.
+    @property
+    def _hubs(self) -> Complexes:
+        """Displacements of the supports that no constant matrix represents, (s, m)."""
+        (i, b), plain = self._own, [one.is_plain for one in self.supports]
+        return np.asarray(self.alike[i].held[np.flatnonzero(np.logical_not(plain)), b])
 
-        more : (m, s), change of the modes of nodal diameter 1 by unit conj(f)
-        """
+    @property
+    def _lifted(self) -> Complexes:
+        """Change of the modes of nodal diameter 1 by unit conj(f), (m, s)."""
+        i, b = self._own
+        return np.asarray(self.waves[i].give[b] @ self._hubs.conj().T)
+
+    def _stand_on(self) -> None:
+        """Set the supports' arrays to those of the present speed."""
+        if self.model.rotor.terms.is_plain:
+            return
         diameters, rows = self.diameters, []
-        for change in more.T:
+        for change in self._lifted.T:
             for turn in (1.0, -1.0j):
                 parts = [0j * own.radial for own in diameters]
                 parts[1] = turn * change
                 rows.append(modal_places(self.model, diameters, parts))
-        set_standing(self.model, self.stand, self.pace.speed, np.array(rows))
+        self._set_stand(np.array(rows))
+
+    def _set_stand(self, moved: Floats) -> None:
+        """Set the supports' arrays; moved : (2 s, m), see `_Prepared.moved`."""
+        set_standing(self.model, self.stand, self.pace.speed, moved)
+        self.weight = self.loads.weight + drawn_loads(self.stand, self.held)
 
     def drive(self) -> SlotDrive:
         """Return a copy of the kernel's arrays of the motion r, and of the work on y.
