@@ -89,6 +89,7 @@ def test_contributions_are_those_of_the_integrated_modes(model):
         assert np.sqrt(np.mean(error**2)) < 0.08 * np.sqrt(np.mean(abs(exact) ** 2))
 
 
+@pytest.mark.turns
 def test_contributions_refuse_what_has_no_nodal_diameters(model):
     spoilt = apply_settings(SCENE, {"mistuning": [0.1] + [0.0] * 21})
     tips, centre = np.zeros((8, 22, 2)), np.zeros((8, 2))
@@ -277,6 +278,7 @@ def test_open_contacts_leave_a_rotating_rotor_its_waves(k):
         assert np.abs(one - root).min() < (1e-3 if k != 1 else 1e-2) * abs(root)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("speed", [0.5, 150.0, 410.0, -410.0])
 def test_a_rigid_rotor_on_springs_rubs_alike_at_any_speed(speed):
     # static frame: m s^2 + k + (N kappa / 2) (1 + i mu) = 0, backward growing
@@ -325,6 +327,7 @@ def test_in_the_static_frame_the_ring_has_its_own_lines(model, speed):
         assert np.abs(lines - line).min() < 1e-6 * omega
 
 
+@pytest.mark.turns
 def test_mirrored_rotation_predicts_the_same_growth():
     small = {"blades": 5, "harmonics": 6, "modes": 20}
     few = resolve(apply_settings(SCENE, small)).model

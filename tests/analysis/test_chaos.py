@@ -89,6 +89,7 @@ def test_known_exponents_are_found_within_two_percent(name):
     assert found.error < 0.02 * truth
 
 
+@pytest.mark.turns
 def test_an_interval_covers_the_exponent_in_about_the_told_share():
     """Of a map whose growths are independent, and of one whose are not."""
     truth, covered = math.log(2), 0
@@ -143,6 +144,7 @@ def test_a_section_needs_so_many_points_to_tell_that_they_return():
     assert returns(np.zeros((RETURNS, 1))) == (1, 0.0)
 
 
+@pytest.mark.turns
 def test_zero_one_tells_chaos_from_order():
     assert zero_one(series(logistic(4.0), 0.3, 400)) > 0.9
     assert zero_one(series(logistic(3.97), 0.3, 400)) > 0.9
@@ -152,6 +154,7 @@ def test_zero_one_tells_chaos_from_order():
     assert math.isnan(zero_one(np.ones(20)))
 
 
+@pytest.mark.turns
 def test_close_samples_of_a_smooth_chaotic_motion_look_regular():
     z, found = np.array([1.0, 2.0, 20.0]), []
     for _ in range(4000):

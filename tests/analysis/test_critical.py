@@ -103,6 +103,7 @@ def test_the_table_names_the_family(capsys):
     assert ones.keys() == {"1F", "suspension"}
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("upright", [True, False])
 def test_the_map_marks_the_suspension_by_its_own_name(upright, tmp_path):
     speeds = np.linspace(100, 500, 9).tolist()

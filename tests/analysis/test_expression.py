@@ -148,6 +148,7 @@ def agrees(found, wanted):
     return bool(np.allclose(found, wanted, rtol=1e-14, atol=0.0, equal_nan=True))
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("ask", [in_python, on_page])
 def test_an_example_has_the_value_or_the_refusal_of_the_table(ask):
     asked = [(wanted, example["text"]) for wanted, example in GIVEN]
@@ -157,12 +158,14 @@ def test_an_example_has_the_value_or_the_refusal_of_the_table(ask):
         assert agrees(found, told), (example, found)
 
 
+@pytest.mark.turns
 def test_the_page_and_python_agree_on_long_texts():
     for asked, one, other in zip(LONG, in_python(LONG), on_page(LONG), strict=True):
         plain = re.split("; known", other)[0] if isinstance(other, str) else other
         assert agrees(one, plain), (asked, one, other)
 
 
+@pytest.mark.turns
 def test_the_page_knows_the_functions_and_units_of_python():
     assert set(FUNCTIONS) <= set(MEANING)
     told = asked_of_page("console.log(JSON.stringify([FUNCTIONS, WRITTEN]))", None)

@@ -388,6 +388,7 @@ def test_a_ring_that_rings_on_does_not_hide_an_orbit():
         assert told[1] == "undecided"
 
 
+@pytest.mark.turns
 def test_a_motion_that_wanders_is_neither_damped_nor_divergent():
     told = [words(motion(wandering(seed), **KEPT_UP))[1] for seed in range(40)]
     assert set(told) <= {"sustained", "undecided"}

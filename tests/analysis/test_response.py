@@ -64,6 +64,7 @@ def half_powers(ratio):
     return (1 - 2 * ratio**2 + np.array([wide, 0.0, -wide])) ** -0.5
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("ratio", [1e-4, 0.05, 0.2])
 def test_amplification_of_a_jeffcott_rotor_is_that_of_its_half_power_points(ratio):
     scene = stiff(8, speed=OWN, suspension_damping=ratio)
@@ -137,6 +138,7 @@ def radau(matrix, load, period, count, times):
     return np.array(out[-count:])
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("speed", [300.0, 700.0])
 @pytest.mark.parametrize("given", [{}, {"bearing": TABLE}, APART])
 def test_the_response_is_the_ellipse_of_another_integration(given, speed):
@@ -293,6 +295,7 @@ def test_the_circle_is_that_of_the_case(given):
     assert found.used == pytest.approx(facts["over_gap"], rel=1e-5)
 
 
+@pytest.mark.turns
 def test_a_film_that_the_circle_would_close_is_refused_by_name():
     scene = small(**FILM, unbalance=1.0)
     with pytest.raises(InputError, match="film_clearance must be >"):
@@ -336,6 +339,7 @@ def found():
     return study(small(**APART, speed=700.0), Operating(300.0, 700.0))
 
 
+@pytest.mark.turns
 def test_at_the_ends_of_a_band_tips_use_that_share(found):
     for share in (0.05, 0.75, 1.0):
         bands = found.bands(share)
@@ -351,6 +355,7 @@ def test_at_the_ends_of_a_band_tips_use_that_share(found):
         assert max(outside, default=0.0) < share
 
 
+@pytest.mark.turns
 def test_amplitudes_grow_with_the_unbalance_and_factors_do_not(found):
     other = study(apply_settings(found.scene, {"unbalance": 3e-3}), found.operating)
     for place in found.peaks:
@@ -360,6 +365,7 @@ def test_amplitudes_grow_with_the_unbalance_and_factors_do_not(found):
     assert other.worst().used == pytest.approx(3 * found.worst().used, rel=1e-9)
 
 
+@pytest.mark.turns
 def test_speeds_at_which_free_motion_grows_are_named():
     """T3: a rotor whose damping all turns grows from its critical speed on."""
     scene = stiff(6, speed=OWN, **{"rotor.damping": 0.02, "suspension_damping": -1.0})
@@ -390,6 +396,7 @@ def test_the_figure_marks_peaks_with_their_factor_and_where_tips_touch(found):
     assert force.get_xlim()[1] == found.points[-1].speed
 
 
+@pytest.mark.turns
 def test_a_lost_blade_is_the_unbalance_that_is_printed_and_lagged():
     """As `model` prints them at one speed, also beside an unbalance elsewhere."""
     scene = small(lost_blade=2, unbalance_phase=1.0, speed=600.0)
@@ -422,6 +429,7 @@ friction = [0.1, 0.2]
 """
 
 
+@pytest.mark.turns
 def test_the_campaign_that_is_written_has_the_speeds_worth_integrating(
     tmp_path, capsys
 ):
@@ -467,6 +475,7 @@ def test_what_has_no_response_is_one_line(words, told, capsys):
     assert error.count("\n") == 1
 
 
+@pytest.mark.turns
 def test_a_balanced_rotor_gets_the_unbalance_of_the_standard(capsys):
     sets = [f"--set={n}={v}" for n, v in (SMALL | {"unbalance": 0}).items()]
     assert main(["response", *sets, "--json"]) == 0

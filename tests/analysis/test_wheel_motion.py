@@ -41,6 +41,7 @@ def scene(**inputs):
     return apply_settings(hpcwhirl.Scene(), few | inputs)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", SCENES)
 def test_blades_that_keep_pushing_have_closed_gaps_and_none_overlaps(name):
     one = scene(**SCENES[name])

@@ -213,6 +213,7 @@ def test_boundaries_are_those_of_lines_of_cases(document, chance):
     assert set(np.flatnonzero(at_boundary(rows, swept, words)).tolist()) == wanted
 
 
+@pytest.mark.turns
 @settings(max_examples=30, deadline=None)
 @given(documents(FINE))
 def test_a_plan_is_read_back_as_it_was_written(tmp_path_factory, document):
@@ -355,6 +356,7 @@ def test_a_given_step_is_not_judged_where_accuracy_chooses_it(given):
         resolve(apply_settings(Scene(), fine)).check()
 
 
+@pytest.mark.turns
 def test_every_rule_is_kept_by_one_scene_and_by_columns(monkeypatch):
     seen = set()
     for wrong, told in BROKEN:

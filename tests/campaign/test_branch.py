@@ -109,6 +109,7 @@ def test_a_case_is_known_by_the_cases_before_it():
     assert {*design.digests[3:5]} <= {*other.digests}
 
 
+@pytest.mark.turns
 def test_a_case_goes_on_with_the_energy_that_the_one_before_has_ended_with(swept):
     rows = {record["case"]: record["row"] for record in records(swept)}
     begun = rows[1]["ledger_pulse"]
@@ -178,6 +179,7 @@ def test_a_motion_stays_while_a_case_that_begins_with_it_is_to_come(swept, tmp_p
     assert before not in states.names()
 
 
+@pytest.mark.turns
 def test_what_is_lost_on_the_way_is_computed_again_with_the_same_bits(swept, tmp_path):
     out, rows = tmp_path / "out", records(swept)
     some = {"speed": TABLES["sweep"]["speed"][:2], "friction": [0.2]}

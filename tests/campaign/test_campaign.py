@@ -215,6 +215,7 @@ def test_more_cases_of_the_same_inputs_may_be_added(tmp_path, capsys):
     assert all(record in records(out) for record in first)
 
 
+@pytest.mark.turns
 def test_the_default_s_dry_run_names_cases_and_core_hours(tmp_path, capsys):
     call = ["campaign", "--dry-run", "--out", str(tmp_path / "out")]
     assert main(call) == 0
@@ -231,6 +232,7 @@ def test_the_default_s_dry_run_names_cases_and_core_hours(tmp_path, capsys):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.turns
 def test_status_reads_no_results_file(alone, tmp_path):
     shutil.copytree(alone, tmp_path / "out")
     (tmp_path / "out/results.h5").write_text("not HDF5")
@@ -239,6 +241,7 @@ def test_status_reads_no_results_file(alone, tmp_path):
     assert sum(found["words"].values()) == 6
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("gap", "told"), [(0.05, True), (1e-4, False)])
 def test_a_campaign_in_which_no_blade_touches_says_so(campaign, gap, told, capsys):
     code, _ = campaign(f"sweep = {{speed = [300, 410], gap = [{gap}]}}")

@@ -89,6 +89,7 @@ def test_a_case_that_is_not_asked_costs_and_tells_nothing():
     assert not set(NUMBERS) & other.row.keys()
 
 
+@pytest.mark.turns
 def test_what_is_measured_changes_nothing_else_and_no_traces_do():
     plain, asked = simulate(scene()), simulate(scene(chaos=45.0))
     assert plain.row["regime"] == "sustained"
@@ -113,6 +114,7 @@ class Interrupt:
             raise Stop
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", ["modal", "exact"])
 def test_a_case_that_is_stopped_measures_the_same(scheme, tmp_path, monkeypatch):
     even_slices(monkeypatch)
@@ -131,6 +133,7 @@ def test_a_case_that_is_stopped_measures_the_same(scheme, tmp_path, monkeypatch)
     assert told == []
 
 
+@pytest.mark.turns
 def test_the_limit_of_a_case_ends_its_measurement(tmp_path, monkeypatch):
     even_slices(monkeypatch)
     case, told = resolve(scene(chaos=4000.0)), []

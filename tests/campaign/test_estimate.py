@@ -75,6 +75,7 @@ def test_a_ring_keeps_the_waves_of_its_load_and_shape(settings, harmonics):
     assert other.scene.engine.casing.harmonics == harmonics
 
 
+@pytest.mark.turns
 def test_a_campaign_stores_the_estimates(tmp_path):
     tables = {
         "scene": {"duration": 4e-3},

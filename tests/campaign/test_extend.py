@@ -23,6 +23,8 @@ from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import MEASURE, PlanFile
 from hpcwhirl.store.directory.states import States
 
+pytestmark = pytest.mark.turns
+
 SPEEDS = [330.0, 400.0, 430.0]  # decided at 0.4 s, not by 0.8 s, at 0.8 s
 TABLES = {
     "scene": {"duration": 0.1},
@@ -52,7 +54,6 @@ def whole(tmp_path_factory):
     return found
 
 
-@pytest.mark.turns
 def test_the_campaign_has_words_of_each_stage(tmp_path):
     run(tmp_path, until="decided", longest=0.8)
     data = hpcwhirl.open_results(tmp_path)
@@ -60,7 +61,6 @@ def test_the_campaign_has_words_of_each_stage(tmp_path):
     assert "undecided" in hpcwhirl.words(data.regime)
 
 
-@pytest.mark.turns
 @pytest.mark.parametrize("keep", [True, False])
 def test_an_extended_campaign_is_one_that_went_on_by_itself(
     whole, tmp_path, steps_of, keep
@@ -86,7 +86,6 @@ def test_an_extended_campaign_is_one_that_went_on_by_itself(
     assert (alone < steps - opened * 20_000) == keep
 
 
-@pytest.mark.turns
 def test_a_campaign_extended_twice_goes_on_from_where_it_was(tmp_path):
     run(tmp_path)
     run(tmp_path, 0.3)
@@ -122,7 +121,6 @@ def test_a_kill_in_the_middle_of_an_extension_changes_no_bit(
     assert found == whole
 
 
-@pytest.mark.turns
 def test_one_that_fails_to_go_on_keeps_its_row_and_is_told(tmp_path):
     first, _ = run(tmp_path)
     told = Policy(keep_states=True, case_limit=1e-9)
@@ -139,7 +137,6 @@ def test_one_that_fails_to_go_on_keeps_its_row_and_is_told(tmp_path):
     assert "undecided" in set(hpcwhirl.words(hpcwhirl.open_results(tmp_path).regime))
 
 
-@pytest.mark.turns
 def test_progress_counts_what_is_still_to_go_on(tmp_path):
     run(tmp_path)
     assert progress_of(Directory(tmp_path)).left == 0
@@ -201,7 +198,6 @@ def test_a_dry_run_tells_what_the_extension_costs(tmp_path, capsys):
     assert PlanFile(tmp_path).read().extended == []
 
 
-@pytest.mark.turns
 def test_the_last_shard_to_go_on_has_the_results_of_all(whole, tmp_path):
     run(tmp_path)
     design, ends = design_of(FIRST), []
@@ -228,7 +224,6 @@ def test_two_ranks_extend_to_the_same_bits(whole, tmp_path, words):
     assert root_variables(tmp_path) == whole
 
 
-@pytest.mark.turns
 def test_the_directory_alone_is_enough(whole, tmp_path, capsys):
     run(tmp_path)
     words = ["--extend", "undecided", "--to", "0.8", "--json", "--report=no"]

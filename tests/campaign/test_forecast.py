@@ -45,6 +45,7 @@ def size(folder, name):
     return sum(file.stat().st_size for file in files)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("detail", ["summary", "blades", "orbit", "full"])
 def test_bytes_on_disk_are_predicted_within_a_few_percent(tmp_path, detail):
     output = {"traces": detail, "interval": 2e-6 if detail == "orbit" else 5e-5}
@@ -58,6 +59,7 @@ def test_bytes_on_disk_are_predicted_within_a_few_percent(tmp_path, detail):
     assert told.journal == pytest.approx(size(tmp_path, "journal"), rel=0.1)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("rules", "pictures"), [
     ({}, {"map", "page"}), ({"map": "no"}, {"page"}), ({"report": "no"}, {"map"}),
     ({"report": "yes"}, {"map", "page"}),
@@ -144,6 +146,7 @@ def test_samples_and_spans_are_those_of_each_scene():
             assert longest[case] == last / scene.end_time
 
 
+@pytest.mark.turns
 def test_what_is_finished_is_learned_from_and_not_counted(tmp_path):
     design = design_of(SHORT | {"output": {"traces": "summary"}})
     before = forecast(design, Directory(tmp_path))
@@ -295,6 +298,7 @@ def test_a_pilot_changes_no_bit_on_any_number_of_ranks(tmp_path):
     assert root_variables(out) == root_variables(whole)
 
 
+@pytest.mark.turns
 def test_a_pilot_in_which_all_ends_is_the_campaign(tmp_path, capsys):
     file, out = tmp_path / "c.toml", tmp_path / "out"
     file.write_text(
@@ -433,6 +437,7 @@ def test_files_that_are_swept_cost_as_their_own_points(tmp_path):
     assert costs.most_points(design) == 3
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("points", "told"), [(3, False), (16, True)])
 def test_a_cost_beyond_the_points_measured_is_told(tmp_path, capsys, points, told):
     document = SHORT | {"engine": with_points(tmp_path, points)}
@@ -490,6 +495,7 @@ def test_a_span_of_equal_times_is_told_once():
     assert _between((2.0, 80.0)) == "2.0 s to 80 s"
 
 
+@pytest.mark.turns
 def test_a_dry_run_tells_in_how_many_cases_a_free_motion_grows(tmp_path, capsys):
     file = tmp_path / "c.toml"
     file.write_text(
@@ -507,6 +513,7 @@ def test_a_dry_run_tells_in_how_many_cases_a_free_motion_grows(tmp_path, capsys)
     assert f"at {speeds[grows.index(True)]:g} to 900 rad/s" in told
 
 
+@pytest.mark.turns
 def test_a_dry_run_tells_which_cases_their_model_refuses():
     rotor = {"blades": 6, "elements": 2, "lost_blade": 0}
     tables = {

@@ -151,6 +151,7 @@ def torn(whole, place, name, keep):
     return out
 
 
+@pytest.mark.turns
 def test_a_journal_cut_at_any_byte_is_a_prefix_of_itself(finished, tmp_path):
     out = torn(finished, tmp_path, "journal", None)
     (log,) = (out / "journal").iterdir()
@@ -166,6 +167,7 @@ def test_a_journal_cut_at_any_byte_is_a_prefix_of_itself(finished, tmp_path):
     assert (counts[:2], counts[-1]) == ([2, 1], 0)  # no byte of a record is spare
 
 
+@pytest.mark.turns
 def test_traces_cut_at_any_byte_leave_whole_blocks_only(finished, tmp_path):
     out = torn(finished, tmp_path, "traces", None)
     (blocks,) = (out / "traces").iterdir()
@@ -180,6 +182,7 @@ def test_traces_cut_at_any_byte_leave_whole_blocks_only(finished, tmp_path):
             Journals(out).traces(record["traces"])  # raises where one is damaged
 
 
+@pytest.mark.turns
 def test_what_was_cut_anywhere_is_completed_to_the_same_bits(finished, tmp_path):
     expected, chance = root_variables(finished), random.Random(3)
     handlers = {s: signal.getsignal(s) for s in (2, signal.SIGUSR1, signal.SIGTERM)}

@@ -132,6 +132,7 @@ def test_one_rank_without_mpi_answers_as_one_rank_of_mpi():
     assert alone == of_mpi
 
 
+@pytest.mark.turns
 def test_a_serial_campaign_begins_no_mpi(tmp_path):
     file = tmp_path / "short.toml"
     text = "scene = {duration = 1e-3}\nsweep = {speed = [300, 310]}\n"

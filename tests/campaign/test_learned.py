@@ -62,6 +62,7 @@ def test_a_damaged_file_counts_as_none(kept, text):
     assert seconds(12, 0.5) == before
 
 
+@pytest.mark.turns
 def test_bench_keeps_what_it_measures_and_a_dry_run_tells_it(
     kept, tmp_path, monkeypatch, capsys
 ):

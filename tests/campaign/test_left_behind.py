@@ -31,6 +31,7 @@ def out(finished, tmp_path):
     return Path(shutil.copytree(finished, tmp_path / "out"))
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("command", "names"),
     [
@@ -47,6 +48,7 @@ def test_the_same_command_sweeps_what_a_kill_has_left(out, command, names):
     assert all(part.exists() for part in others)
 
 
+@pytest.mark.turns
 def test_what_another_process_is_writing_is_left_alone(out):
     with replacing(out / "map.png", held=True) as part:
         os.utime(part, (time.time() - AGO, time.time() - AGO))

@@ -22,6 +22,7 @@ def file(tmp_path, monkeypatch):
     return "whirl.toml"
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("table", "words", "place"),
     [
@@ -42,12 +43,14 @@ def test_results_go_where_the_file_the_table_or_the_option_says(
     assert f"\nout={place}\n" in capsys.readouterr().out
 
 
+@pytest.mark.turns
 def test_results_of_python_go_where_those_of_the_command_go(file, tmp_path):
     assert main(["campaign", file, *BARE]) == 0
     assert hpcwhirl.campaign(file).sizes["case"] == 2
     assert {path.name for path in tmp_path.iterdir()} == {file, "whirl"}
 
 
+@pytest.mark.turns
 def test_a_dry_run_beside_another_campaign_warns_and_goes_on(file, tmp_path, capsys):
     assert main(["campaign", file, *BARE]) == 0
     (tmp_path / file).write_text(SHORT.replace("2e-3", "4e-3"))

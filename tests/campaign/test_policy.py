@@ -121,6 +121,7 @@ def test_the_time_in_which_kernels_compile_is_not_that_of_a_case(
     assert 0.0 < found.performance["seconds"] < 3600.0
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("option", "kept"), [("--fail-fast", 3), ("--max-fails=2", 4)])
 def test_too_many_failures_end_a_campaign_and_keep_it(run, tmp_path, option, kept):
     text = SHORT.replace("time_step = 2e-6", "") + COARSE
@@ -133,6 +134,7 @@ def test_too_many_failures_end_a_campaign_and_keep_it(run, tmp_path, option, kep
     assert statuses(tmp_path / "out") == ["failed", "ok", "failed", "ok"]
 
 
+@pytest.mark.turns
 def test_starting_over_deletes_nothing(run, tmp_path, monkeypatch):
     out = tmp_path / "out"
     assert run(SHORT + SPEEDS, "--fresh")[0] == 0
@@ -174,6 +176,7 @@ def test_a_campaign_may_get_more_cases_and_inputs_to_sweep(run, tmp_path):
     assert "--fresh" in err
 
 
+@pytest.mark.turns
 def test_what_the_command_refuses_its_forecast_tells_and_job_refuses(run, tmp_path):
     assert run(SHORT + "sweep = {speed = [300]}")[0] == 0
     other = SHORT.replace("4e-3", "4e-3, gap = 2e-4") + "sweep = {speed = [300]}"
@@ -188,6 +191,7 @@ def test_what_the_command_refuses_its_forecast_tells_and_job_refuses(run, tmp_pa
     assert run(other, "--dry-run", "--fresh")[0] == 0
 
 
+@pytest.mark.turns
 def test_cases_that_a_list_has_no_more_are_told_and_come_back(run, tmp_path):
     out = tmp_path / "out"
     whole = SHORT + "sweep = {speed = [300, 410, 420]}"
@@ -202,6 +206,7 @@ def test_cases_that_a_list_has_no_more_are_told_and_come_back(run, tmp_path):
     assert len(statuses(out)) == 3
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("named", "told"),
     [
@@ -345,6 +350,7 @@ def test_options_count_over_those_of_the_file(called):
     assert policy.max_fails == 2
 
 
+@pytest.mark.turns
 def test_map_and_page_are_written_as_the_file_wants_it(run, tmp_path):
     text = SHORT + "sweep = {speed = [300]}\n" + BARE
     pictures, page = {"map.png", "map.svg"}, {"report.html"}
@@ -369,6 +375,7 @@ def test_two_ranks_draw_no_more_than_the_file_or_the_command_wants(words, tmp_pa
     assert not there & {"map.png", "map.svg", "report.html"}
 
 
+@pytest.mark.turns
 def test_a_map_of_earlier_results_is_told_of(run):
     one, two = (
         f"{SHORT}sweep = {{speed = {speeds}}}\n" for speeds in ([300], [300, 410])

@@ -26,6 +26,8 @@ from hpcwhirl.errors import InputError, StoreError
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.store.results.gather import gather
 
+pytestmark = pytest.mark.turns
+
 TABLES = {
     "scene": {"duration": 2e-3},
     "solver": {"time_step": 2e-6},
@@ -309,7 +311,6 @@ ENDS = {  # of a user's function, and what is told
 }
 
 
-@pytest.mark.turns
 @pytest.mark.parametrize(("ends", "why"), ENDS.items())
 def test_a_function_that_would_end_the_process_is_a_row(
     tmp_path, monkeypatch, capfd, ends, why
@@ -387,7 +388,6 @@ except ValueError as failed:
 """
 
 
-@pytest.mark.turns
 @pytest.mark.mpi
 def test_a_script_of_two_ranks_gives_the_bits_of_one(measured, tmp_path):
     out = tmp_path / "out"
@@ -455,7 +455,6 @@ def spoil(how):
     return former
 
 
-@pytest.mark.turns
 @x86
 @pytest.mark.parametrize("how", [*ROUNDED, "flushed"])
 def test_a_measure_that_changes_how_numbers_round_changes_no_bit(
@@ -580,7 +579,6 @@ def test_ranks_of_different_functions_are_refused_and_nothing_is_made(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.turns
 @pytest.mark.mpi
 @pytest.mark.parametrize(
     ("body", "why"),

@@ -408,6 +408,7 @@ def test_which_cases_have_twins_is_a_fixed_point_too(fields, of, some):
             assert set(twinned) == expected
 
 
+@pytest.mark.turns
 def test_a_value_is_the_same_however_deep_the_lattice():
     for scale in ("linear", "log"):
         sides = [Side("x", (0.1, 0.2, 0.7), (d, d), scale) for d in (1, 4, 9)]
@@ -454,6 +455,7 @@ def arrived_first(lattice):
     return Growth(lattice).wanted
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("field", [half_plane, circle, holes])
 def test_a_budget_leaves_out_the_last_of_a_generation(field):
     lattice = lattice_of(3, 3)
@@ -476,6 +478,7 @@ def speckle_cells(field, depth=5):
     return len(growth.wanted), sum(map(tree.is_speckle, mixed)), len(mixed)
 
 
+@pytest.mark.turns
 def test_a_coin_toss_is_speckle_and_lines_and_tongues_are_not():
     everything = ((2 << 5) + 1) ** 2
     cases, speckled, mixed = speckle_cells(speckle)
@@ -528,6 +531,7 @@ def confirmed(tmp_path_factory):
     return refined_campaign(place, with_refine(**CONFIRM), drafty)
 
 
+@pytest.mark.turns
 def test_rows_are_coarse_first_then_by_level_panel_and_place(refined):
     data = hpcwhirl.open_results(refined)
     level, panel = data["level"].to_numpy(), data["panel"].to_numpy()
@@ -572,6 +576,7 @@ def test_a_case_that_is_wanted_and_not_there_is_missing(refined, tmp_path):
         assert progress.left > 0
 
 
+@pytest.mark.turns
 def test_grid_is_nearest_and_says_where_cases_are(refined):
     data = hpcwhirl.open_results(refined)
     found = hpcwhirl.grid(data)
@@ -730,6 +735,7 @@ def spun(settings):
     return "damped forward" if line(settings) == "damped" else "damped backward"
 
 
+@pytest.mark.turns
 def test_classify_finds_other_boundaries(refined, tmp_path):
     folder = Path(shutil.copytree(refined, tmp_path / "out"))
     before = hpcwhirl.open_results(folder)
@@ -792,6 +798,7 @@ def tiles(folder, **wish):
     return found, (*axes.get_xlim(), *axes.get_ylim())
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("which", ["refined", "confirmed"])
 def test_a_map_is_covered_by_cells_of_the_nearest_words(which, request):
     folder = request.getfixturevalue(which)
@@ -809,6 +816,7 @@ def test_a_map_is_covered_by_cells_of_the_nearest_words(which, request):
         assert word in {regime.get(end) for end in ends}
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("friction", [0.1, 0.2, 0.3])
 def test_a_plane_of_three_refined_inputs_is_covered_once(tmp_path, friction):
     sweep = {"speed": [100.0, 300.0, 500.0], "gap": [1e-4, 2e-4, 4e-4]}

@@ -21,6 +21,8 @@ from hpcwhirl.report.map.maps import drawing_of
 from hpcwhirl.report.page.build import write_page
 from hpcwhirl.store.directory.campaign_directory import Directory
 
+pytestmark = pytest.mark.turns
+
 COUNT = 3
 DOCUMENT = {
     "output": {"traces": "summary"},

@@ -65,6 +65,7 @@ def told(capsys):
     return [li for li in lines if "error" in li or "stopped" in li]
 
 
+@pytest.mark.turns
 def test_a_disk_full_at_the_map_is_a_reason_to_come_again(
     unfinished, monkeypatch, capsys
 ):
@@ -79,6 +80,7 @@ def test_a_disk_full_at_the_map_is_a_reason_to_come_again(
     assert (unfinished[1] / "map.png").exists()
 
 
+@pytest.mark.turns
 def test_a_disk_full_at_the_results_is_a_reason_to_come_again(
     unfinished, monkeypatch, capsys
 ):
@@ -100,6 +102,7 @@ def test_a_disk_full_at_the_beginning_is_a_reason_to_come_again(
     assert "No space left on device" in told(capsys)[0]
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("place", ["results.h5", "map.png"])
 def test_what_no_repetition_mends_is_not_come_again_for(unfinished, capsys, place):
     (unfinished[1] / place).unlink(missing_ok=True)
@@ -165,6 +168,7 @@ def test_what_is_written_is_what_h5py_writes(tmp_path):
         assert file["x"][:].tolist() == [0.0, 1.0, 7.0, 3.0, 4.0]
 
 
+@pytest.mark.turns
 def test_gathering_where_a_file_may_not_grow_is_one_line(finished, tmp_path):
     """A limit of the system instead of a full disk, in a process of its own."""
     folder = shutil.copytree(finished, tmp_path / "out")

@@ -197,6 +197,7 @@ def sampled(tmp_path_factory):
         return out
 
 
+@pytest.mark.turns
 def test_a_directory_keeps_its_draws_whatever_scipy_draws(sampled, monkeypatch):
     tables = {
         **FAST,
@@ -212,6 +213,7 @@ def test_a_directory_keeps_its_draws_whatever_scipy_draws(sampled, monkeypatch):
         as_begun(more, PlanFile(sampled))
 
 
+@pytest.mark.turns
 def test_more_draws_continue_and_other_ones_are_refused(tmp_path):
     out = tmp_path / "out"
     few = {**FAST, "sample": {"count": 2, "gap": GAP}}
@@ -280,6 +282,7 @@ def test_where_nothing_was_drawn_there_are_no_shares(finished):
         hpcwhirl.shares(data)
 
 
+@pytest.mark.turns
 def test_dependent_draws_of_saltelli_count_for_no_share(tmp_path):
     given = {"count": 2, "method": "saltelli", "gap": GAP, "force": FORCE}
     with hpcwhirl.campaign({**FAST, "sample": given}, tmp_path / "out") as data:
@@ -287,6 +290,7 @@ def test_dependent_draws_of_saltelli_count_for_no_share(tmp_path):
         assert shares(data).cases.to_numpy().tolist() == [4]
 
 
+@pytest.mark.turns
 def test_the_map_shows_shares_and_its_table_has_them(sampled, tmp_path, capsys):
     words = ["damped", "damped", "damped", "divergent"] + ["sustained"] * 4
     place = renamed(sampled, tmp_path, words)
@@ -308,6 +312,7 @@ def test_the_map_shows_shares_and_its_table_has_them(sampled, tmp_path, capsys):
     capsys.readouterr()
 
 
+@pytest.mark.turns
 def test_a_map_over_two_inputs_has_a_panel_for_each_regime(tmp_path):
     out = tmp_path / "out"
     swept = {"speed": [300.0, 410.0], "friction": [0.1, 0.2]}

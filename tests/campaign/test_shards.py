@@ -29,12 +29,14 @@ sweep = {speed = [300, 410], gap = [1e-4, 2e-4, 3e-4]}
 COSTS = st.lists(st.floats(0.0, 1e9), max_size=60)
 
 
+@pytest.mark.turns
 @given(COSTS, st.integers(1, 12))
 def test_every_case_is_in_exactly_one_shard(costs, of):
     shares = [share(costs, Shard(number, of)) for number in range(1, of + 1)]
     assert sorted(case for mine in shares for case in mine) == list(range(len(costs)))
 
 
+@pytest.mark.turns
 @given(COSTS, st.integers(1, 12))
 def test_no_shard_has_more_than_one_case_above_another(costs, of):
     shares = [share(costs, Shard(number, of)) for number in range(1, of + 1)]
@@ -131,6 +133,7 @@ def test_what_a_shard_leaves_is_open_and_not_its_own():
     assert (ending.cases, ending.missing, ending.failed, ending.left) == (6, 2, 3, 2)
 
 
+@pytest.mark.turns
 def test_a_shard_computes_its_share_once_and_leaves_the_rest(tmp_path, capsys):
     (tmp_path / "campaign.toml").write_text(SWEPT)
     out = str(tmp_path / "out")

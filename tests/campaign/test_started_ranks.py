@@ -131,6 +131,7 @@ def test_a_design_and_ranks_of_ranks_are_refused(tmp_path, monkeypatch):
         hpcwhirl.campaign(TABLES, tmp_path / "o", ranks=2)
 
 
+@pytest.mark.turns
 def test_without_mpirun_one_process_computes_and_says_so(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(started_ranks, "mpirun", lambda: "")
     with hpcwhirl.campaign(TABLES, tmp_path / "out", ranks=2) as data:

@@ -107,6 +107,7 @@ def test_the_nearer_end_counts_less_its_margin(monkeypatch):
     assert time_left(None, {"SLURM_JOB_END_TIME": "soon"}) is None
 
 
+@pytest.mark.turns
 def test_what_has_no_slices_is_broken_off_and_the_timer_is_given_back():
     before, begin, told = handlers(), time.monotonic(), []
 
@@ -145,6 +146,7 @@ def test_a_compiler_that_hides_the_stop_does_not_make_a_failure_of_it():
         raise TypeError("own")
 
 
+@pytest.mark.turns
 def test_a_check_is_not_called_again_while_it_is_at_work():
     depth, most = [0], [0]
 
@@ -200,6 +202,7 @@ forecast.forecast = slow
 """
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_signal_ends_a_dry_run_at_once_and_speaks_of_no_case(name, tmp_path):
     """It has nothing to save, so nothing that it would have to wait for."""

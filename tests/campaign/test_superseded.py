@@ -23,6 +23,8 @@ from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.studies.margins import lines_of, working_point
 
+pytestmark = pytest.mark.turns
+
 ACCURACY = "solver.accuracy"
 FORCES = [1e4, 2e4, 3e4, 4e4, 5e4, 6e4]
 DOCUMENT = {

@@ -31,6 +31,8 @@ from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.reading.shares import find_credibility, interval, shares
 
+pytestmark = pytest.mark.turns
+
 # at 250 rad/s hardly anything changes, at 330 a word is that of a coin
 TABLES = {
     "scene": {"duration": 0.3},

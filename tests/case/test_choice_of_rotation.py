@@ -120,6 +120,7 @@ def test_what_needs_all_terms_gets_them(needing):
     assert resolve(given).model.rotor.spin is not None
 
 
+@pytest.mark.turns
 def test_a_sweep_chooses_case_by_case(tmp_path):
     document = {
         "scene": {"duration": 0.005, "nodal_diameter": 2},
@@ -147,6 +148,7 @@ def test_a_file_without_the_terms_has_no_choice(tmp_path):
     assert "\n" not in str(failed.value)
 
 
+@pytest.mark.turns
 def test_model_tells_the_choice_and_its_numbers(capsys):
     words = [x for n, v in SMALL.items() for x in ("--set", f"{n}={v}")]
     for speed, chosen in ((LOW, "none"), (HIGH, "full")):

@@ -53,6 +53,7 @@ def test_cases_from_before_keep_their_digest():
     assert digest(scene(gap_at="rest")) != digest(scene())
 
 
+@pytest.mark.turns
 def test_a_sweep_has_cases_whose_tips_grow_into_the_casing(tmp_path):
     """They fail, told in one line; the others run."""
     grown = resolve(scene()).growth
@@ -83,6 +84,7 @@ def test_values_of_a_sweep_are_checked_with_the_rotation(tmp_path):
         campaign(document, tmp_path / "out")
 
 
+@pytest.mark.turns
 def test_model_tells_the_clearance_at_speed(capsys):
     words = [x for n, v in SMALL.items() for x in ("--set", f"{n}={v}")]
     assert main(["model", "--json", *words, "--set", "gap_at=rest", "--set",

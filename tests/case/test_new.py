@@ -27,6 +27,8 @@ from hpcwhirl.reduction.growth import stability
 from hpcwhirl.scene import apply_settings, flatten, load_document
 from hpcwhirl.scene.kept_tables import kept_rows
 
+pytestmark = pytest.mark.turns
+
 RPM = 30 / math.pi  # rpm per rad/s
 ASKED = ["--blades", "18", "--radius", "0.9", "--material", "titanium",
          "--gap", "0.8mm"]  # fmt: skip

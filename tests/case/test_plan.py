@@ -206,6 +206,7 @@ def test_without_load_nothing_is_stepped():
     assert not any(getattr(history, name).any() for name in (*SERIES, "centre"))
 
 
+@pytest.mark.turns
 def test_slices_of_any_size_find_the_same_certificate(monkeypatch):
     found = []
     for size in (256, 37, 10**6):
@@ -238,6 +239,7 @@ def test_a_case_that_might_touch_again_runs_to_its_end():
     assert history.certificate == -1.0
 
 
+@pytest.mark.turns
 def test_a_tip_that_might_pass_the_limit_is_not_certified_away():
     settings = {"nodal_diameter": 2, "gap": 1e-3, "duration": 0.08, "interval": 1e-6,
                 "force": 2.5e5}  # fmt: skip
@@ -297,6 +299,7 @@ def test_a_clamped_shaft_has_no_centre():
     assert "the shaft's centre" in [note["left_out"] for note in told["left_out"]]
 
 
+@pytest.mark.turns
 def test_a_campaign_of_regimes_alone(tmp_path, capsys):
     file = tmp_path / "words.toml"
     file.write_text(

@@ -59,6 +59,7 @@ def test_harmonics_and_offset_are_the_shape_they_name():
     assert found == pytest.approx(wanted, abs=1e-18)
 
 
+@pytest.mark.turns
 def test_lines_around_the_casing_have_the_integrals_of_their_harmonics():
     """A worn arc, unevenly spaced and across 0, against quadrature."""
     angles, values = [-0.3, 0.1, 0.5, 2.0, 4.0], [1e-5, 4e-5, 1e-5, 0.0, 2e-6]
@@ -92,6 +93,7 @@ OUTWARD = {
 }  # fmt: skip
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", OUTWARD)
 def test_a_departure_outward_never_narrows_the_gap(name):
     """To 1e-6 of it, with edges as steep as they may be."""

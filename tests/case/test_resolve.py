@@ -99,6 +99,7 @@ def test_a_sector_is_built_once_for_all_cases_that_fold_alike():
     assert one.lean.scene.speed == 2 * one.scene.speed
 
 
+@pytest.mark.turns
 def test_models_that_nobody_asks_for_any_more_are_dropped():
     first = weakref.ref(resolve(scene(kind="rigid", modes=1)).model)
     assert first() is not None
@@ -108,6 +109,7 @@ def test_models_that_nobody_asks_for_any_more_are_dropped():
     assert first() is None
 
 
+@pytest.mark.turns
 def test_another_content_of_an_engines_file_is_another_model(tmp_path):
     path = tmp_path / "engine.h5"
 
@@ -130,6 +132,7 @@ def test_a_case_may_bring_its_own_model():
     assert len(March(Case(scene(), own)).displacements()[0]) == len(own.rotor.shapes)
 
 
+@pytest.mark.turns
 def test_a_campaign_resolves_each_of_its_cases_once(tmp_path, monkeypatch):
     told = []
     once = "hpcwhirl.case.resolve.resolve"
@@ -146,6 +149,7 @@ def test_a_campaign_resolves_each_of_its_cases_once(tmp_path, monkeypatch):
     assert built() <= before + 1
 
 
+@pytest.mark.turns
 def test_the_cases_kept_are_few_and_none_of_an_engines_file(tmp_path):
     speeds = [float(v) for v in range(MOST_KEPT + 1)]
     design = design_of({"sweep": {"speed": speeds}})

@@ -66,6 +66,7 @@ def test_paper_marches_no_ring_that_does_not_stretch():
         March(resolve(scene(families="bending", scheme="paper")))
 
 
+@pytest.mark.turns
 def test_nothing_is_missed_by_the_finest_and_less_by_finer_ones():
     missed = [
         truncation_error(scene(modes=176, **{"casing.harmonics": h})) for h in HARMONICS
@@ -150,6 +151,7 @@ def test_only_what_has_the_symmetry_of_the_load_is_struck():
     assert left_out(lobed[0]).ring > left_out(lobed[1]).ring
 
 
+@pytest.mark.turns
 def test_what_is_explained_is_so_of_any_scene(capsys):
     many = ["--preset", "draft", "--set", "nodal_diameter=20"]
     rigid = ["--set", "kind=rigid", "--set", "truncation=0.3"]
@@ -161,6 +163,7 @@ def test_what_is_explained_is_so_of_any_scene(capsys):
         assert ("harmonics of the ring" in told) == ("kind=rigid" not in words)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("command", [["model"], ["run", "--quiet"]])
 def test_what_is_saved_is_told_against_the_inputs_as_they_are(command, capsys):
     words = [*command, "mostly_damped", "--preset", "draft"]
@@ -179,6 +182,7 @@ def beyond(index):
     return [row["found"] / row["stated"] for row in found.get("rows", ())]
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("engine", ["mostly_damped", "four_motions"])
 def test_the_engine_that_was_nine_times_beyond_is_within(engine):
     # a ring of 6 mm, two lobes, no friction: found 0.34 where 0.038 was stated
@@ -211,6 +215,7 @@ def test_a_short_pulse_on_one_lobe_stretches_the_ring():
     assert left_out(scene(pulse=2.4e-4)).load == 0.0
 
 
+@pytest.mark.turns
 def test_the_ring_that_came_late_for_want_of_stretching_is_within():
     # one lobe pushed for 0.27 ms: found 0.119 where 0.048 was stated
     late = {
@@ -240,6 +245,7 @@ def test_the_estimate_holds_for_engines_of_every_class():
     assert np.median(ratios) > 1.0 / 50  # nor is it far too much
 
 
+@pytest.mark.turns
 def test_the_estimate_does_not_depend_on_the_unit_of_mass():
     """Squares of motions over- and underflow; what is left out of them does not."""
     names = ("rotor.young", "rotor.density", "rotor.centre_stiffness", "casing.young",
@@ -274,6 +280,7 @@ def in_units(given, *units):
     return apply_settings(given, other)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("units", [(0.1, 1.0, 1.0), (1.0, 1.0, 30.0), (0.2, 5.0, 0.07)])
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 def test_an_engine_in_other_units_gets_the_same_modes(units, friction):

@@ -107,6 +107,7 @@ WRONG = [
 ]
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("line", "told"), WRONG, ids=[line for line, _ in WRONG])
 def test_wrong_input_is_one_line_and_exit_code_2(place, capsys, line, told):
     before = sorted(place.rglob("*"))
@@ -177,6 +178,7 @@ def test_help_names_every_command_and_version_is_the_package_s(capsys):
     assert all(command in out for command in COMMANDS)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("words", [[], ["run"], ["campaign"], ["map"]], ids=str)
 def test_help_waits_for_no_heavy_package(words):
     told = sys.executable, "-X", "importtime", "-m", "hpcwhirl"

@@ -86,6 +86,7 @@ def test_model_without_json_is_a_table(capsys):
     assert re.search(r"^coordinates: \d+ of the rotor, \d+ of the casing$", out, re.M)
 
 
+@pytest.mark.turns
 def test_clamping_the_centre_moves_the_one_lobed_rotor_modes_alone(facts):
     free = facts("model", "--json")
     clamped = facts("model", "--json", "--set", "centre=clamped")
@@ -278,12 +279,14 @@ def copy(finished, tmp_path):
     return tmp_path
 
 
+@pytest.mark.turns
 def test_classify_with_default_thresholds_changes_nothing(facts, copy):
     before = open_results(copy)
     assert facts("classify", str(copy), "--json")["changed"] == {}
     assert open_results(copy).identical(before)
 
 
+@pytest.mark.turns
 def test_classify_renames_without_integrating_and_keeps_its_thresholds(
     facts, copy, monkeypatch
 ):
@@ -324,6 +327,7 @@ def shorter(monkeypatch):
     monkeypatch.setattr(bench, "SETTLE", 0.01)
 
 
+@pytest.mark.turns
 @pytest.mark.usefixtures("shorter")
 def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
     found = facts("bench", "--json", "--repeats", "1")
@@ -490,6 +494,7 @@ def test_every_mode_stands_in_one_row_of_the_folded_table():
     assert spans_of([0, 2, 3, 4, 9]) == "0, 2 to 4, 9"
 
 
+@pytest.mark.turns
 def test_classify_counts_cases_by_the_words_that_cases_shows(facts, tmp_path):
     folder = tmp_path / "out"
     speeds = [float(speed) for speed in range(300, 340)]

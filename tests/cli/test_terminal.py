@@ -70,6 +70,7 @@ def test_the_whole_parser_is_that_of_the_commands():
     assert args.write
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("command", ["map", "report"])
 def test_a_script_gets_the_paths_as_json(command, first, tmp_path, capsys):
     out = tmp_path / "page.html" if command == "report" else tmp_path
@@ -79,6 +80,7 @@ def test_a_script_gets_the_paths_as_json(command, first, tmp_path, capsys):
     assert all((tmp_path / file).is_file() for file in files)
 
 
+@pytest.mark.turns
 def test_a_script_gets_the_paths_of_figures_and_what_is_not_drawn(
     first, tmp_path, capsys
 ):

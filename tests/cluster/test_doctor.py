@@ -120,6 +120,7 @@ def test_a_lock_that_does_not_hold_is_told(tmp_path, monkeypatch):
     assert place_facts(tmp_path)["locks"] == "not held"
 
 
+@pytest.mark.turns
 def test_a_missing_directory_breaks_and_is_one_finding(tmp_path, capsys):
     assert main(["doctor", "--dir", str(tmp_path / "none"), "--json"]) == 1
     told = json.loads(capsys.readouterr().out)["findings"]

@@ -12,6 +12,8 @@ from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.cli import main
 from hpcwhirl.cluster.request import Request, job_script
 
+pytestmark = pytest.mark.turns
+
 # A process that sends itself a signal as it first imports a module.
 SELF = """
 import os, sys

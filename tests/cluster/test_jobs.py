@@ -297,6 +297,7 @@ def test_an_element_of_a_pbs_array_comes_again_by_itself(tools):
     assert (tools / "submitted").read_text() == "#PBS -N x\necho once more\n" * 2
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheduler", ["pbs", "sge"])
 def test_a_script_warns_itself_where_its_scheduler_does_not(scheduler, tools):
     process = begin(scheduler, tools, time="00:01:00", warning=55, script="job.sh")
@@ -352,6 +353,7 @@ def test_nothing_breaks_out_of_its_line(capsys, option, odd):
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.turns
 def test_a_file_that_is_no_job_script_is_kept(tmp_path, capsys):
     mine = tmp_path / "campaign.toml"
     mine.write_text("mine")
@@ -366,6 +368,7 @@ def test_a_file_that_is_no_job_script_is_kept(tmp_path, capsys):
     assert capsys.readouterr().out == f"sbatch {script}\n" * 2
 
 
+@pytest.mark.turns
 def test_a_job_takes_directory_and_time_from_the_campaign_s_file(
     tmp_path, monkeypatch, capsys
 ):

@@ -172,6 +172,7 @@ def test_the_ledger_closes_in_contact_and_both_loops_agree(bearing):
     assert peaks[0] == pytest.approx(peaks[1], rel=1e-6)
 
 
+@pytest.mark.turns
 def test_balls_pass_at_their_number_times_the_cage_s_speed():
     """The strongest line of a loaded rotor that nothing else disturbs."""
     given = {"duration": 0.6, "interval": 2e-4, "time_step": 2e-6, "speed": 150.0}
@@ -192,6 +193,7 @@ def test_balls_within_their_clearance_press_nothing():
         assert rolling_force(1.2 * PLAY + 0j, way, turn, BALLS, PLAY).real < 0.0
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("bearing", [JOURNAL, ROLLING | {"cxx": 500.0}])
 @pytest.mark.parametrize("scheme", ["modal", "general"])
 def test_a_table_of_one_speed_moves_as_that_speed(scheme, bearing):

@@ -21,6 +21,7 @@ SCHEMES = {
 }
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", SCHEMES)
 def test_a_motion_between_equal_ones_goes_on_as_they_do(name):
     case = resolve(apply_settings(named_scene("four_motions"), RUB | SCHEMES[name]))

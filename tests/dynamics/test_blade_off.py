@@ -134,6 +134,7 @@ def test_the_loss_of_another_blade_is_the_same_elsewhere():
     assert np.abs(other.centre @ [1, 1j] - turned).max() < 1e-10
 
 
+@pytest.mark.turns
 def test_without_contact_the_rotor_comes_to_its_circle():
     march = march_of(
         **RIGID | {"duration": 0.3}, gap=1.0, time_step=1e-5,
@@ -250,6 +251,7 @@ def test_a_blade_that_is_lost_after_the_run_changes_no_bit():
     assert one.ledger == other.ledger
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
 def test_a_blade_that_is_lost_at_once_is_lost_at_the_start(scheme):
     """Of a wheel at rest in its place, in a rigid casing, where nothing acts before."""
@@ -297,6 +299,7 @@ def test_a_run_down_that_hardly_slows_is_a_run_at_constant_speed():
     )
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("at", [0.0, AT])
 def test_the_ledger_of_a_run_down_closes_and_its_parts_have_the_same_bits(at):
     given = LATER | {"lost_blade_time": at, "acceleration": -2e4, "scheme": "general"}

@@ -120,6 +120,7 @@ def test_the_distance_from_rest_is_the_energy_of_a_motion(name):
         assert distance(one, *pair) ** 2 == pytest.approx(energy, rel=1e-10)
 
 
+@pytest.mark.turns
 def test_a_state_at_one_end_goes_on_as_that_motion():
     one, other, between = sides(KINDS["whole"])
     put_between(between, copy_of(one), copy_of(other), 0.0)

@@ -101,6 +101,7 @@ def test_a_speed_that_hardly_changes_is_a_constant_one(kind):
     assert moving.contacts == held.contacts > 0
 
 
+@pytest.mark.turns
 def test_coefficients_that_another_run_has_made_give_the_same_bits():
     given = KINDS["apart"] | {"duration": 0.01, "traces": "blades"}
     driven_slots._kept.clear()
@@ -117,6 +118,7 @@ def test_coefficients_that_another_run_has_made_give_the_same_bits():
     assert not np.array_equal(other.tips, alone.tips)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("blades", [{}, UNEQUAL], ids=["equal", "unequal"])
 def test_the_ring_in_both_frames_is_the_same(blades):
     fine = RUB | blades | {"duration": 0.03, "casing.harmonics": 4}
@@ -169,6 +171,7 @@ def test_a_run_up_is_that_of_another_integrator(passage):
     assert not any(passage.history.ledger.values())  # of what contact causes
 
 
+@pytest.mark.turns
 def test_what_contact_causes_is_all_beside_the_motion_without_it(passage):
     judged, circle = passage.history.judged, passage.history.circle
     assert not judged.energy.any()
@@ -239,6 +242,7 @@ BALANCED = {
 }  # fmt: skip
 
 
+@pytest.mark.turns
 def test_a_balanced_rotor_at_a_hardly_changing_speed_has_the_evidence_of_a_still_one():
     """Round-off of the motion without contact drives no rotor."""
     still, changing = (march_of(**BALANCED, acceleration=rate) for rate in (0.0, 1e-6))
@@ -252,6 +256,7 @@ def test_a_balanced_rotor_at_a_hardly_changing_speed_has_the_evidence_of_a_still
         assert other[name] == pytest.approx(found[name], rel=1e-5, abs=1e-5), name
 
 
+@pytest.mark.turns
 def test_a_balanced_rotor_is_judged_by_what_contact_causes():
     """Not by the energy with which blades stretch as the speed changes."""
     march = march_of(**BALANCED, acceleration=2000.0)
@@ -289,6 +294,7 @@ def test_a_rotor_at_rest_is_not_damped_at_speeds_where_its_free_motion_grows(sen
             assert grows == (word == "undecided")
 
 
+@pytest.mark.turns
 def test_the_error_of_an_interval_is_of_second_order(passage):
     size, missed = np.abs(passage.history.centre).max(), []
     with pytest.MonkeyPatch.context() as patch:
@@ -363,6 +369,7 @@ CLOSING = {
 }  # fmt: skip
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", CLOSING)
 def test_the_gap_errs_by_its_accuracy_of_what_is_left(name):
     """Not of the gap at the start, at every step of the run."""
@@ -497,6 +504,7 @@ def test_eulers_load_turns_as_the_centrifugal_one_pulls():
     assert swing @ away == pytest.approx(0.0, abs=1e-12 * inertia)
 
 
+@pytest.mark.turns
 def test_blades_lag_behind_a_rotor_that_is_run_up():
     given = {"rotation": "full", "force": 0.0, "duration": 0.5, "accuracy": 1e-2,
              "gap": 5e-3, "rotor.damping": 0.3, "suspension_damping": 0.3,
@@ -515,6 +523,7 @@ def test_blades_lag_behind_a_rotor_that_is_run_up():
     assert np.abs(rotor - bent)[tips].max() < 1e-2 * np.abs(bent[tips]).max()
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("given", "word", "note"),
     [

@@ -298,6 +298,7 @@ def tree_of(text):
     return ast.dump(tree)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("file", kernel_cache.FILES, ids=lambda file: file.stem)
 def test_of_each_kernel_only_what_explains_it_is_left_out_of_the_digest(file):
     text = file.read_text()

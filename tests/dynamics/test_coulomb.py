@@ -52,6 +52,7 @@ def test_a_block_is_braked_to_the_speed_of_the_belt_and_stays(speed):
     assert share == pytest.approx(1.0 - late / path.time[-1], abs=1e-3)
 
 
+@pytest.mark.turns
 def test_a_block_on_a_belt_sticks_and_slips_with_the_known_period():
     # kinetic mu beyond a very slow slide, mu_s at rest: Thomsen and Fidlin, Int. J.
     # Non-Linear Mech. 38 (2003) 389, for a steep characteristic
@@ -90,6 +91,7 @@ def test_a_block_on_an_oscillating_plane_has_the_triangle_of_velocities(friction
     )
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("speed", [3.0, -3.0])
 def test_a_disk_rolls_in_a_ring_at_minus_speed_times_radius_over_gap(speed):
     tips, gap, radius = 90, 0.02, 0.2
@@ -181,6 +183,7 @@ def marched(**more):
     return March(resolve(scene)).run()
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("draw", sorted({*range(20)} - {6, 8, 9}))  # these touch
 def test_where_tips_slide_on_the_results_are_those_of_permanent_sliding(draw):
     rng = np.random.default_rng(draw)

@@ -62,6 +62,7 @@ def test_a_case_decided_late_is_one_that_was_asked_for_that_long(name):
     assert last or found.row["regime"] != "undecided"
 
 
+@pytest.mark.turns
 def test_steps_are_not_marched_twice(monkeypatch, steps_of):
     for settings in ({}, {"scheme": "exact"}):
         made = steps_of()
@@ -93,6 +94,7 @@ def test_a_longer_march_passes_the_last_row_but_not_the_end(scheme):
         assert a.tobytes() == b.tobytes()
 
 
+@pytest.mark.turns
 def test_a_run_that_is_marched_otherwise_begins_anew(steps_of):
     """A longer run looks for a certificate where a shorter one had no time for it."""
     drawn = {"speed": 400.0, "gap": 2e-4, "longest": 2.0, "time_step": 4e-6}

@@ -10,6 +10,8 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.scene.quantities import BLADES
 
+pytestmark = pytest.mark.turns
+
 SCENE = named_scene("mostly_damped")
 # coarser than the run, aliasing, finer than and out of step with the evidence
 KEPT = [

@@ -196,6 +196,7 @@ def looked_ahead(march):
 OVAL = "harmonic,amplitude,phase;2,-2e-4,0.4;5,5e-5,1;43,2e-6,2"
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("rotation", "speed", "profile"),
     [
@@ -291,6 +292,7 @@ def test_exact_says_what_it_cannot_do():
         March(resolve(scene(**{"engine.casing.support_frequency": 0.0})))
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("settings", "told"),
     [

@@ -36,6 +36,8 @@ from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.store.hdf5 import write_arrays
 
+pytestmark = pytest.mark.turns
+
 KINDS = {"modal": PointsRotor, "general": Body}
 MODES = {1: 6, 2: 8, 7: 30, 12: 54, 22: 110, 30: 60}
 read_near, farthest = (  # parts, for Python

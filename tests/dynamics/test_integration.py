@@ -66,6 +66,7 @@ def test_a_case_costs_what_the_scheme_that_integrates_it_does(
 LOST = {"rotation": "full", "lost_blade": 2, "amplitude_limit": 2.0}
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
 def test_both_parts_of_a_run_in_which_a_blade_is_lost_are_told(scheme):
     later = LOST | {"lost_blade_time": 1e-3, "scheme": scheme}
@@ -90,6 +91,7 @@ def test_modes_beyond_critical_damping_are_named():
     assert found_of({"casing.damping": 0.9})["no_waves"] == []
 
 
+@pytest.mark.turns
 def test_the_command_says_it(capsys):
     sets = [f"--set={n}={v}" for n, v in SMALL.items()]
     assert main(["model", "table2", *sets, "--explain"]) == 0

@@ -17,6 +17,8 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.waves.slots import transforms
 from hpcwhirl.scene import Scene, apply_settings
 
+pytestmark = pytest.mark.turns
+
 read_all, open_whole = (  # parts, for Python
     kernel(part.py_func) for part in (whole.read_all, whole.open_whole)
 )

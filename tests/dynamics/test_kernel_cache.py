@@ -11,6 +11,8 @@ from hpcwhirl.dynamics import kernel_cache
 from hpcwhirl.dynamics.kernel_cache import KernelCache, is_plain, write_intact
 from hpcwhirl.dynamics.kernels.compiled import kernel
 
+pytestmark = pytest.mark.turns
+
 GONE = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HPCWHIRL_PLAIN_NUMBA")
 BARE = {name: text for name, text in os.environ.items() if name not in GONE}
 USERS = """

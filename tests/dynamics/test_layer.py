@@ -18,6 +18,8 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 
+pytestmark = pytest.mark.turns
+
 
 @kernel
 def step(layer, worn, gaps, last, angles, rest):

@@ -147,6 +147,7 @@ def slips(march):
         yield from np.abs(now[0][tips] - last[0][tips] - casing)[touching] / (2 * step)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("scheme", "speed"),
     [("modal", 410.0), ("general", -300.0), ("paper", 410.0),
@@ -160,6 +161,7 @@ def test_slip_is_that_of_tips_along_the_casing(scheme, speed):
     assert march.history().slip == pytest.approx(largest, rel=close)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", SLOW_EXACT)
 def test_a_tip_that_goes_sideways_ends_a_run_in_every_scheme(scheme):
     # within this pulse some 8 times as far along the rotation as outward
@@ -233,6 +235,7 @@ def test_the_casing_trace_is_its_radial_shape_in_the_static_frame(scheme, engine
     assert np.abs(found[-1][2:, 1]).max() > 1e-3 * np.abs(found[-1]).max()
 
 
+@pytest.mark.turns
 def test_schemes_agree_on_the_casing_trace():
     one, *others = (ended(scheme=s)[1].casing for s in ("general", "modal", "paper"))
     for other in others:
@@ -274,12 +277,14 @@ def test_a_two_lobed_casing_leaves_the_shaft_at_rest(scheme):
     assert march.done
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_mirrored_rotation_mirrors_the_orbit(scheme):
     (_, a), (_, b) = (ended(scheme=scheme, speed=s) for s in (410.0, -410.0))
     assert_mirrored(a, b, 1e-9)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_whole_turn_of_blades_is_the_same_disk(scheme):
     # squeeze and stretch of k = 1 differ by half a turn: blades 11 on, orbit turned

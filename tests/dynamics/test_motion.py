@@ -85,6 +85,7 @@ def residual(march):
     return abs(ledger["residual"]) / max(ledger["energy"], ledger["pulse"])
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("settings", CASES, ids=str)
 def test_a_free_motion_that_is_begun_again_is_the_uninterrupted_one(settings):
     case = case_of(**settings)
@@ -105,6 +106,7 @@ def test_a_free_motion_that_is_begun_again_is_the_uninterrupted_one(settings):
 ROUND = [given for given in CASES if "discretization" not in given]
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("settings", ROUND, ids=str)
 def test_a_motion_that_is_begun_again_meets_the_casing_as_before(settings):
     start = drawn(case_of(**settings), 1e-2)  # of elements blades would meet others

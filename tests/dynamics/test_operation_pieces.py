@@ -133,6 +133,7 @@ def _intervals_of_one_step(monkeypatch):
     monkeypatch.setattr(speed, "USUAL", 1e-13)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("law", "shape", "feature"), OFTEN)
 def test_schemes_agree_on_engines_in_operation(tmp_path, law, shape, feature):
     assert len(agree(settings(tmp_path, law, shape, feature))) >= 2
@@ -159,6 +160,7 @@ def _in_larger(name, value):
     return value / of_unit(INPUTS[name].unit) if isinstance(value, float) else value
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("law", "shape", "feature", "more"), SCALED)
 def test_no_result_depends_on_the_units(tmp_path, law, shape, feature, more):
     """Of length, mass and time; powers of 2, which round nothing."""

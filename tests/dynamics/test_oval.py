@@ -47,6 +47,7 @@ def moved(history):
     return history.tips / np.abs(history.tips).max()
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", [n for n in NAMES if not SCHEMES[n].flies])
 @pytest.mark.parametrize("lobes", [2, 3])
 def test_one_harmonic_is_a_rigid_casing_of_as_many_lobes(scheme, lobes):
@@ -62,6 +63,7 @@ def test_one_harmonic_is_a_rigid_casing_of_as_many_lobes(scheme, lobes):
     assert a.ledger == b.ledger
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("_", "own"), CASES)
 def test_schemes_agree_and_the_ledger_closes(_, own):
     runs = {name: march_of(**OFF, **own, scheme=name) for name in NAMES}
@@ -91,6 +93,7 @@ NARROW = {
 }
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("rotation", ["none", "full"])
 @pytest.mark.parametrize("kind", ["ring", "rigid"])
 @pytest.mark.parametrize("shape", NARROW)
@@ -123,6 +126,7 @@ def test_a_shape_turned_by_a_pitch_turns_the_motion(_, own):
     assert np.abs(np.roll(moved(one), 3, axis=1) - moved(two)).max() < 1e-9
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", ["modal", "general"])
 def test_a_mirrored_shape_mirrors_the_motion(scheme):
     mirror = f"{HEAD};" + ";".join(
@@ -135,6 +139,7 @@ def test_a_mirrored_shape_mirrors_the_motion(scheme):
     assert_mirrored(one, two, 1e-8)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", NAMES)
 def test_a_harmonic_of_order_0_is_a_wider_gap(scheme):
     own = {"scheme": scheme, "kind": "rigid", "amplitude": 3e-4}
@@ -170,6 +175,7 @@ def test_an_offset_beyond_the_gap_is_the_static_equilibrium_of_the_blades():
     assert (centre * np.exp(-2.1j)).real < 0.0  # away from the narrow gap
 
 
+@pytest.mark.turns
 def test_a_stiff_rotor_ends_a_gap_off_the_casings_centre():
     """Its axis, e off, is pushed back by e - gap: the offset shifts the rotor."""
     gap, e = 1e-4, 3e-4

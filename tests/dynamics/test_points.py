@@ -126,6 +126,7 @@ def oracle(file, **settings):
     return np.array(seen), pushed, lowest, touched
 
 
+@pytest.mark.turns
 def test_all_points_move_as_full_matrices_say(stage):
     seen, pushed, lowest, touched = oracle(stage)
     assert touched > 100
@@ -331,6 +332,7 @@ def both_marched(file, **given):
 MORE = (pytest.param(seed, marks=pytest.mark.evidence) for seed in range(5, 10))
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("seed", [*range(5), *MORE])
 @pytest.mark.parametrize("equal", [True, False])
 def test_drawn_stages_move_as_in_the_static_frame(drawn, seed, equal):

@@ -16,6 +16,8 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.waves import tip_growth
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 
+pytestmark = pytest.mark.turns
+
 HEAD = "harmonic,amplitude,phase"
 OVAL = f"{HEAD};0,8e-5,0;2,9e-5,0.4;3,5e-5,1.1;5,2e-5,2"
 STEP, AT = 1e-6, 1501  # s, the step of the release: an odd one

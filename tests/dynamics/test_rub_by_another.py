@@ -132,6 +132,7 @@ class Another:
         return np.concatenate([v, y_, w, p_, s, r_, works])
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_rub_at_a_changing_speed_is_that_of_another_integrator(kind, monkeypatch):
     monkeypatch.setattr(speed, "USUAL", 1e-8)

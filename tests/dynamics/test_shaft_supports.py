@@ -171,6 +171,7 @@ CASES = [
 STIFFER = {"rotor.young": 1e14, "time_step": 2e-7, "duration": 2e-3}
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("name", "given"), CASES)
 def test_free_motion_is_that_of_the_line_in_the_static_frame(name, given):
     speed, gravity, scheme = given

@@ -51,6 +51,7 @@ def test_a_step_is_skipped_only_where_no_gap_is_closed(blades, closure):
     assert closed > 100
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     "given",
     [

@@ -181,6 +181,7 @@ def test_films_that_cannot_be_are_refused_in_one_line(given, told):
     assert "\n" not in str(failed.value)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("clearance", "beyond"), [(1e-7, True), (1e-3, False)])
 def test_a_centre_that_leaves_the_film_is_told(tmp_path, capsys, clearance, beyond):
     given = {

@@ -11,6 +11,8 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.modes import stiffening_at
 from hpcwhirl.scene import Scene, apply_settings
 
+pytestmark = pytest.mark.turns
+
 MODES = "rotor suspension, rotor 1F 2, casing 1F"
 
 

@@ -44,6 +44,7 @@ def ended(march):
     return march
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", SCHEMES)
 def test_a_state_through_a_file_continues_to_the_same_bits(name, tmp_path):
     case = resolve(scene(**SCHEMES[name]))
@@ -118,6 +119,7 @@ def test_a_damaged_state_is_never_taken(tmp_path):
     assert States(tmp_path).names() == set()
 
 
+@pytest.mark.turns
 def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, steps_of, monkeypatch):
     even_slices(monkeypatch)
     case = resolve(scene(duration=0.05, interval=1e-4))

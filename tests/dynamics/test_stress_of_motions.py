@@ -13,6 +13,8 @@ from hpcwhirl.dynamics.snapshot import restore, snapshot
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.scene.quantities import BLADES
 
+pytestmark = pytest.mark.turns
+
 N = 6
 SMALL = {"blades": N, "engine.rotor.elements": 3, "modes": 18}
 ASIDE = {"sample_interval", *BLADES}  # tell what is kept

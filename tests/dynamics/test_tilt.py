@@ -97,6 +97,7 @@ def test_the_unbalance_meets_the_forward_lines_that_follow_the_speed():
     assert found == pytest.approx(expected, rel=1e-3)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", ["modal", "exact", "general", "paper"])
 def test_marched_the_centre_moves_in_these_lines(scheme):
     """Begun off its place: four lines are all that it does, Jacobi's energy stays."""
@@ -144,6 +145,7 @@ UNEVEN = {
 }
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("uneven", UNEVEN)
 @pytest.mark.parametrize("shaft", SHAFTS)
 def test_the_suspension_has_the_damping_ratio_that_is_asked_for(shaft, uneven):
@@ -159,6 +161,7 @@ def test_the_suspension_has_the_damping_ratio_that_is_asked_for(shaft, uneven):
     assert np.mean(ratios) == pytest.approx(0.03, rel=0.05 if lost else 3e-3)
 
 
+@pytest.mark.turns
 def test_a_film_at_the_disk_of_a_shaft_line_and_a_lost_blade_keep_the_ledger():
     """Forces of supports at the disk act beside those at the shaft's stations."""
     given = SHAFT | {"rotation": "full", "blades": 7, "modes": 20, "duration": 4e-3}

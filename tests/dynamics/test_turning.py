@@ -110,6 +110,7 @@ WHOLE = {
 CRITICAL = {"suspension_damping": -1.0, "speed": 0.0}  # with damping of 1
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", [*CASES, *WHOLE])
 def test_waves_move_and_are_booked_as_the_modes_that_they_are_made_of(name):
     given = {"duration": 6e-3, "traces": "blades", **(CASES | WHOLE)[name]}
@@ -203,6 +204,7 @@ def test_modal_hands_over_what_is_not_told_apart(given):
     assert type(arrays[0].rotor) is type(arrays[1].rotor)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("wave", [(1, 0), (1, -1), (2, 0), (0, 0)], ids=str)
 def test_the_bound_of_the_certificate_is_reached_by_a_single_wave(wave):
     # and it bounds every later gap; wave: nodal diameter, place among its waves
@@ -230,6 +232,7 @@ def test_no_certificate_of_a_rotor_whose_free_motion_grows():
     assert march.coast is None
 
 
+@pytest.mark.turns
 def test_waves_of_the_whole_in_slices_have_the_same_bits():
     """They read their tips in the first step of a slice at least."""
     case = march_of(scheme="whole", duration=6e-3).case

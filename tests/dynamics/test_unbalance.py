@@ -107,6 +107,7 @@ def put(march, places):
     march.state.q_b[:-1] = amplitudes(march, places - shift)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", ["general", "paper"])
 def test_a_rotor_put_at_rest_goes_to_its_circle(scheme):
     """Marched: from the centre, in the rotating frame, by what the damper takes."""
@@ -280,6 +281,7 @@ QUIET = [
 ]  # fmt: skip
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", ["paper", "general", "modal", "exact"])
 @pytest.mark.parametrize("given", QUIET)
 def test_a_rotor_that_only_round_off_moves_rests_on_its_circle(scheme, given):
@@ -298,6 +300,7 @@ def test_a_rotor_that_only_round_off_moves_rests_on_its_circle(scheme, given):
         assert name_regime(facts, Thresholds())[:2] == ("completed", "damped")
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", ["paper", "general", "modal", "exact"])
 @pytest.mark.parametrize("unbalance", [0.0, 1e-3])
 @pytest.mark.parametrize("force", [0.0, 1.0])  # a pulse that moves the casing alone
@@ -336,6 +339,7 @@ STARTS = [(scheme, name) for scheme in ("paper", "general", "modal", "exact")
           for name in OFF if (scheme, name) not in UNFIT]  # fmt: skip
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("scheme", "name"), STARTS)
 def test_a_run_off_its_motion_without_contact_begins_at_rest(scheme, name):
     """Its increments are those of two steps; one of 0 is a velocity of dt x'' / 2."""
@@ -413,6 +417,7 @@ def test_no_unbalance_changes_no_digest():
     assert len(set(design.digests)) == len(scenes) == 12
 
 
+@pytest.mark.turns
 def test_model_tells_the_circle(capsys):
     given = {n: v for n, v in SMALL.items() if n != "interval"} | {"unbalance": 5e-3}
     settings = [word for n, v in given.items() for word in ("--set", f"{n}={v}")]
@@ -448,6 +453,7 @@ def test_a_campaign_from_before_there_was_an_unbalance_goes_on(tmp_path):
         PlanFile(tmp_path).check_same(old, heavy)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("unbalance", "word"), [(4e-3, "damped"), (1e-2, "sustained")])
 def test_a_rub_that_holds_the_rotor_off_its_circle_is_sustained(unbalance, word):
     scene = apply_settings(Scene(), {

@@ -46,6 +46,7 @@ def drawn(seed, **given):
     } | given  # fmt: skip
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("seed", "unbalance"),
     [(2, 1e-2), (4, 1e-3), (7, 0.0), (9, 1e-2), (11, 1e-3), (12, 0.0)],

@@ -37,6 +37,7 @@ def test_an_attack_of_this_family_gets_nowhere(family, tries):
     assert facts["tries"] + sum(facts["skipped"].values()) >= tries
 
 
+@pytest.mark.turns
 def test_an_unknown_family_is_told_with_the_known_ones():
     done = attacked("--only", "nonsense")
     assert done.returncode == 2

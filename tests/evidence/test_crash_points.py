@@ -42,6 +42,7 @@ def test_after_a_crash_at_any_call_the_same_command_gives_the_same_bits(kind, sh
     assert facts["crashes"] > facts["states"] > facts["calls"] / 5
 
 
+@pytest.mark.turns
 def test_an_unknown_kind_is_told_with_the_known_ones():
     done = looked_at("--only", "nonsense")
     assert done.returncode == 2
@@ -128,6 +129,7 @@ os.rename("old", "new")
 """
 
 
+@pytest.mark.turns
 @pytest.mark.skipif(not shutil.which("gcc"), reason="gcc compiles the shim")
 def test_the_calls_recorded_make_the_directory_that_was_made(tmp_path):
     place, log = tmp_path / "w", tmp_path / "log"

@@ -114,6 +114,7 @@ def test_a_wrong_sign_of_friction_in_the_correction(scheme, body):
     assert words(march) == LOST
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("factor", [0.5, 0.999, 1.001, 2.0])
 def test_a_broken_row_of_the_delassus_matrix(scheme, factor):

@@ -166,6 +166,7 @@ def test_the_jobs_are_the_same_in_whatever_order_they_end(kind, of, stages):
         assert not planner.open.any()
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("kind", "of", "stages"), CAMPAIGNS)
 def test_what_has_ended_is_never_asked_for_again(kind, of, stages):
     """Broken off anywhere, what is left is what a run that went on would do."""

@@ -138,6 +138,7 @@ def test_a_rotor_without_waves_of_its_centre_has_neither(given):
     assert stability_limit(model, 300.0) is None
 
 
+@pytest.mark.turns
 def test_model_tells_both_kinds_of_critical_speeds_and_q0(capsys):
     words = ["model", *(f"--set={n}={v}" for n, v in SMALL.items()), "--set=speed=300"]
     assert main([*words, "--json"]) == 0

@@ -51,6 +51,7 @@ def read(arrays, blades, path):
     return resolve(scene(blades, file=str(path))).model
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("kind", ["matrices", "modes"])
 @pytest.mark.parametrize(
     ("blades", "centre", "spread"),

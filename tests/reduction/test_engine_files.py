@@ -190,6 +190,7 @@ def test_a_chunk_far_larger_than_its_array_is_refused(engine):
     assert "mass must have chunks of at most 256 MiB, got 512 MiB" in refusal(engine)
 
 
+@pytest.mark.turns
 def test_a_chunk_that_inflates_beyond_its_size_is_refused(engine):
     import zlib
 

@@ -135,6 +135,7 @@ def test_damping_of_a_file_comes_mode_by_mode(unevenly_damped):
     assert abs(one.ledger["residual"]) < 1e-9 * abs(whole)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("scheme", ["general", "paper"])
 def test_gaps_stay_open_whatever_the_damping_of_a_mode(unevenly_damped, scheme):
     march = March(resolve(small(unevenly_damped[0], scheme=scheme, time_step=5e-6)))
@@ -192,6 +193,7 @@ def put(place, value):
     return change
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("names", "news", "told"),
     [
@@ -347,6 +349,7 @@ def test_all_blades_changed_alike_is_another_young_of_the_blades():
     assert mistuned.omega == pytest.approx(cyclic.omega, rel=1e-9)
 
 
+@pytest.mark.turns
 def test_relabelling_blades_leaves_the_basis_for_all_speeds():
     pattern = np.random.default_rng(1).normal(scale=0.05, size=6)
     kinds = [{"mistuning": tuple(np.roll(pattern, n))} for n in range(3)]
@@ -358,6 +361,7 @@ def test_relabelling_blades_leaves_the_basis_for_all_speeds():
             assert omega[:12] == pytest.approx(base[:12], rel=1e-6)
 
 
+@pytest.mark.turns
 def test_relabelling_mistuned_blades_permutes_the_answer():
     # a rigid casing that closes alike everywhere tells no blade from another
     rigid = {"kind": "rigid", "nodal_diameter": 0, "amplitude": 2e-4}
@@ -409,6 +413,7 @@ def test_few_blades_may_be_mistuned(blades, centre):
         march.advance(10)
 
 
+@pytest.mark.turns
 def test_strongly_mistuned_families_stay_whole():
     pattern = (-0.3, *(0.1 * np.sin(5.0 * j) for j in range(1, 22)))
     model = resolve(scene(mistuning=list(pattern))).model

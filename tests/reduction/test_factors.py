@@ -50,6 +50,7 @@ def large(monkeypatch, request):
     assert told[1:] == ([] if hint else ["cholesky"])
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("kind", ["real", "hermitian"])
 @pytest.mark.parametrize(("held", "close"), [(1e-2, 1e-11), (1e-5, 1e-8)])
 def test_every_factor_gives_the_same_solutions(large, kind, held, close):
@@ -88,6 +89,7 @@ def shuffled(graph):
     return np.random.default_rng(7).permutation(graph.shape[0])
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("phases", [False, True])
 @pytest.mark.parametrize("order", [None, shuffled])
 def test_the_fill_is_known_before_a_factor_is_made(phases, order):

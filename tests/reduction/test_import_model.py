@@ -270,6 +270,7 @@ def turning(tmp_path_factory):
     }
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("kind", ["wheel", "sector"])
 def test_a_wheel_turns_as_its_whole_matrices_do(turning, kind):
     """One basis serves all speeds: frequencies to a thousandth."""
@@ -302,6 +303,7 @@ def test_a_shaft_s_mass_is_part_of_all_terms(turned, turning):
     assert found.mass[hub, hub] == pytest.approx(bare["mass"][hub, hub] + 20.0)
 
 
+@pytest.mark.turns
 def test_a_wheel_told_at_two_speeds_is_the_same(turned, turning, tmp_path):
     """To what both bases may lack, `sparse_modes.LACKING` of the energy of a mode."""
     disk, added = bladed_disk(ROTOR), rotation_of(ROTOR)

@@ -186,6 +186,7 @@ BUILT = (
 )
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("settings", BUILT)
 def test_a_rotor_read_back_takes_the_same_operations_a_step(tmp_path, settings):
     own = apply_settings(named_scene("table2"), {"duration": 3e-3} | settings)
@@ -223,6 +224,7 @@ def test_what_the_built_in_rotor_may_do_it_may(exported):
     assert resolve(scene(exported, nodal_diameter=2)).plan.folds > 1
 
 
+@pytest.mark.turns
 def test_growth_and_contributions_are_those_of_the_built_in(exported):
     one, other = (resolve(scene(file)).model for file in ("", exported))
     for k in range(N // 2 + 1):
@@ -247,6 +249,7 @@ def test_its_suspension_is_called_so(exported, arrays, written):
         assert sum(line.family == "suspension" for line in found) == 1
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     "preset", ["draft", pytest.param("standard", marks=pytest.mark.evidence)]
 )
@@ -276,6 +279,7 @@ def test_of_modes_alone_a_truncation_leaves_out_harmonics_only(arrays, written):
     assert left_out(found).rotor == 0.0
 
 
+@pytest.mark.turns
 def test_a_coarser_run_has_the_modes_of_a_file_or_fewer(tmp_path):
     finest = SMALL | {"modes": 8 * N, "engine.rotor.elements": 10}
     path = rotor_files.exported(tmp_path / "finest.h5", finest, "mostly_damped")

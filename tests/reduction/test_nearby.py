@@ -122,6 +122,7 @@ def test_begun_with_rough_modes_none_is_missing(deviation, count):
     assert squared == pytest.approx(dense[:count], rel=1e-9)
 
 
+@pytest.mark.turns
 def test_engines_have_the_same_bits_in_any_order():
     draws = np.random.default_rng(7).normal(0.0, 0.02, (3, 22))
     rotors = [Rotor(mistuning=tuple(row)) for row in (0.0 * draws[0], *draws)]

@@ -104,6 +104,7 @@ def test_several_modes_a_harmonic_are_marched_alike_by_both_schemes(engine, k):
     assert abs(one.ledger["residual"]) < 1e-9 * whole
 
 
+@pytest.mark.turns
 def test_a_casing_from_file_may_do_what_a_ring_of_harmonics_may(engine):
     found, own = from_file(engine), scene(engine)
     for k in range(N // 2 + 1):

@@ -57,6 +57,7 @@ def simply_supported(length: float, d: float, m: int, speed: float) -> list[floa
     return sorted(sorted(roots, key=abs)[:2])
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("speed", [0.0, 900.0])
 def test_a_simply_supported_shaft_whirls_as_in_timoshenkos_closed_form(speed):
     line = rod(1.0, 0.1, 40)
@@ -148,6 +149,7 @@ def test_the_rotor_of_nelson_and_mcvaugh_has_its_published_critical_speeds():
     assert rpm == pytest.approx(published, rel=0.015)
 
 
+@pytest.mark.turns
 def test_damped_critical_speeds_without_damping_are_the_undamped_ones():
     line, held = rod(0.6, 0.03, 3), springs(4e6, 0, 3)
     line = replace(line, disks=(ShaftDisk(1, 8.0, 0.06, 0.03),))

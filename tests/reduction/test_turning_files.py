@@ -327,6 +327,7 @@ def test_modes_alone_cannot_turn(engine):
         rotor(engine(**changes))
 
 
+@pytest.mark.turns
 def test_model_shows_a_file_with_and_without_rotation(exported, engine, capsys):
     for path, kinds in (
         (exported, {"none", "full"}),

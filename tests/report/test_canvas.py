@@ -93,6 +93,7 @@ def test_ticks_stand_at_round_numbers_of_the_unit_shown():
         assert float(text) % 250 == 0
 
 
+@pytest.mark.turns
 def test_a_picture_is_drawn_once_and_is_that_of_matplotlib(tmp_path, monkeypatch):
     from matplotlib.figure import Figure
 
@@ -124,6 +125,7 @@ ODD_STYLE = {  # of a matplotlibrc; without LaTeX the first fails
 }  # fmt: skip
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("words", [["map"], ["figures", "--kind", "growth"]])
 def test_a_picture_is_the_same_whatever_a_matplotlibrc_says(finished, tmp_path, words):
     from matplotlib import rc_context, rcParams
@@ -140,6 +142,7 @@ def test_a_picture_is_the_same_whatever_a_matplotlibrc_says(finished, tmp_path, 
     assert drawn[0]
 
 
+@pytest.mark.turns
 def test_every_picture_that_is_written_is_drawn_in_the_defaults_of_matplotlib():
     writers, writes = [], re.compile(r"(?<![.\w])(canvas\.|film\.)?save\(")
     for path in sorted(Path(hpcwhirl.__file__).parent.rglob("*.py")):

@@ -48,6 +48,7 @@ def scenes(results, start):
         yield digest(scene_of((named or ["table2"])[0], given))
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("units", [("si",), ("rpm", "mm"), ("rpm", "um")])
 def test_the_file_and_what_is_swept_give_the_case(made, units):
     results, file = made
@@ -79,6 +80,7 @@ taper = 0.5
 """
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     "change",
     [lambda f: f.unlink(), lambda f: f.write_text("["),

@@ -54,6 +54,7 @@ def export(place, path, case=1):
     return path
 
 
+@pytest.mark.turns
 def test_a_table_has_every_number_of_every_trace(place, results, tmp_path):
     with export(place, tmp_path / "new" / "case.csv").open(newline="") as file:
         heads, *rows = csv.reader(file)
@@ -86,6 +87,7 @@ def test_a_file_for_matlab_has_traces_results_and_inputs(place, results, tmp_pat
     assert found["units"]["orbit_radius"] == found["units"]["centre"] == "m"
 
 
+@pytest.mark.turns
 def test_tips_and_centre_of_the_wheel_move_as_their_traces(place, results, tmp_path):
     meshio = pytest.importorskip("meshio", reason="needs the extra vtk")
     path = export(place, tmp_path / "wheel.pvd")
@@ -122,6 +124,7 @@ def test_what_cannot_be_exported_is_one_line(place, words, told, capsys):
     assert capsys.readouterr().err == f"hpcwhirl: error: {told}\n"
 
 
+@pytest.mark.turns
 def test_a_wheel_needs_full_traces_and_meshio(place, tmp_path, monkeypatch, capsys):
     pytest.importorskip("meshio", reason="needs the extra vtk")
     orbit = made(tmp_path, "orbit")

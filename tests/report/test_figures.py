@@ -73,6 +73,7 @@ def texts(figure):
     return " ".join(out)
 
 
+@pytest.mark.turns
 def test_rows_and_traces_are_those_of_the_case(cases):
     assert [row["speed"] for row in cases.rows] == [410.0, 300.0, 520.0]
     assert cases.like(0) == [1, 0, 2]
@@ -96,6 +97,7 @@ def test_the_rotating_frame_undoes_the_static_one(cases):
     assert again == pytest.approx(traces["centre"] @ [1, 1j], abs=1e-15)
 
 
+@pytest.mark.turns
 def test_a_kind_is_drawn_of_the_case_that_was_asked_for(full, tmp_path, capsys):
     words = ["--kind", "cascade", "--kind", "ledger", "--case", "2"]
     assert main(["figures", str(full), "--out", str(tmp_path), *words]) == 0
@@ -143,6 +145,7 @@ def test_help_names_every_kind(capsys):
     assert set(kinds.KINDS) <= set(told)
 
 
+@pytest.mark.turns
 def test_traces_that_were_not_kept_are_one_clear_line(finished, tmp_path, capsys):
     words = ["figures", str(finished), "--out", str(tmp_path)]
     asked = ["--kind", "contributions", "--kind", "tips", "--kind", "orbit"]
@@ -272,6 +275,7 @@ def test_a_ledger_of_nothing_says_so(cases, monkeypatch):
     assert axes.texts[0].get_text().startswith("no contact")
 
 
+@pytest.mark.turns
 def test_amplitudes_and_frames_are_told(cases):
     line = cases.like(0)
     told = texts(sweeps.draw_frequency(cases, line))
@@ -316,6 +320,7 @@ def test_the_interaction_diagram_marks_the_suspension_too(cases, monkeypatch):
     assert marked == {("1F", 1), ("1F", 2), ("suspension", 1)}
 
 
+@pytest.mark.turns
 def test_with_rotation_the_interaction_diagram_marks_eq_13_of_its_lobes(
     cases, monkeypatch
 ):
@@ -377,6 +382,7 @@ def test_a_clamped_centre_moves_only_nodal_diameter_one():
     assert (1, "suspension") not in held
 
 
+@pytest.mark.turns
 def test_shapes_and_veering_are_drawn(tmp_path):
     for name, figure in (
         ("shapes", shapes.draw_shapes(Rotor())),
@@ -406,6 +412,7 @@ def test_the_casing_stands_around_the_shapes_of_every_diameter():
         assert len(spokes) == 2 * 8  # at rest and moved
 
 
+@pytest.mark.turns
 def test_a_legend_stands_beside_what_is_drawn(cases):
     line = cases.slices()[0]
     drawn = [
@@ -441,6 +448,7 @@ def stiff(tmp_path_factory):
     return place / "out"
 
 
+@pytest.mark.turns
 def test_spectra_of_a_tip_have_engine_orders_and_own_frequencies(stiff):
     cases = Results(stiff)
     line = cases.slices()[0]
@@ -496,6 +504,7 @@ def test_no_axis_of_frequency_is_beyond_what_the_samples_tell(cases, monkeypatch
     assert frequencies.centre_top(cases, line) == pytest.approx(2 * np.pi * 100.0)
 
 
+@pytest.mark.turns
 def test_each_line_of_speeds_has_a_file_of_its_own(stiff, tmp_path, capsys):
     words = ["figures", str(stiff), "--kind", "interaction", "--out", str(tmp_path)]
     assert main(words) == 0
@@ -514,6 +523,7 @@ def test_figures_that_draw_nothing_are_wrong_input(finished, tmp_path, capsys):
     assert "could be drawn" in told.err
 
 
+@pytest.mark.turns
 def test_the_engine_has_shapes_and_a_campbell_diagram(finished, tmp_path):
     words = ["figures", str(finished), "--out", str(tmp_path)]
     assert main([*words, "--kind", "shapes", "--kind", "campbell"]) == 0
@@ -615,6 +625,7 @@ def test_the_quick_paper_is_whole_and_continues(tmp_path):
     assert str(tmp_path / "paper.md") in done.stdout
 
 
+@pytest.mark.turns
 def test_the_campbell_diagram_of_full_rotation_has_its_lines():
     """Waves of k = 1 apart, Eq. 13 with the stiffened blades, the unbalance's speed."""
     scene = apply_settings(Scene(), {"rotation": "full"})
@@ -647,6 +658,7 @@ def test_the_campbell_diagram_of_full_rotation_has_its_lines():
     assert not box.overlaps(axes.get_window_extent())
 
 
+@pytest.mark.turns
 def test_waves_of_the_shaft_have_their_growth_as_colour():
     scene = apply_settings(Scene(), {"rotation": "full", "suspension_damping": -1.0})
     case = resolve(scene)
@@ -691,6 +703,7 @@ def test_waves_over_the_speed_are_those_at_each():
                 assert told == pytest.approx(own, abs=1.0)  # damped, and not
 
 
+@pytest.mark.turns
 def test_the_stability_diagram_shows_who_grows_by_damping_that_turns():
     """T3: Z'' + 2 (xi_s + xi_r) w Z' + (w^2 - 2 i Omega xi_r w) Z = 0 of a stiff rotor.
 
@@ -739,6 +752,7 @@ def test_wear_is_drawn_in_micrometres_around_the_casing(cases):
         tips.draw_wear(shown, 0)
 
 
+@pytest.mark.turns
 def test_a_case_that_kept_no_traces_is_told_and_in_no_figure(tmp_path, capsys):
     rows = grid_of(speed=[300.0, 310.0], **{"output.traces": ["orbit", "summary"]})
     place = synthetic(tmp_path / "out", rows, samples=500)
@@ -767,6 +781,7 @@ def of_mirrored(values, **inputs):
     ]  # fmt: skip
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("rotation", ["none", "full"])
 def test_the_interaction_diagram_of_a_mirrored_speed_is_mirrored(cases, rotation):
     there, back = of_mirrored(cases, speed=410.0, rotation=rotation)
@@ -787,6 +802,7 @@ def test_the_interaction_diagram_of_a_mirrored_speed_is_mirrored(cases, rotation
         assert b.get_ydata()[::-1] == pytest.approx(a.get_ydata())
 
 
+@pytest.mark.turns
 def test_the_waterfall_of_a_mirrored_run_up_shows_forward_whirl_above(cases):
     law = {"speed": 300.0, "acceleration": 2000.0, "duration": 0.06}
     shown = []

@@ -13,6 +13,8 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.report.figures import sweeps, tips
 from hpcwhirl.store.reading.results_file import Results
 
+pytestmark = pytest.mark.turns
+
 TOML = """
 [scene]
 duration = 1e-2

@@ -19,6 +19,8 @@ from hpcwhirl.report import live
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.reader import rows_in
 
+pytestmark = pytest.mark.turns
+
 SWEEP = {"sweep": {"speed": [300, 350, 410, 500]}}
 
 

@@ -29,6 +29,8 @@ from hpcwhirl.scene.words import SHOWN, word_of
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.reader import open_coded
 
+pytestmark = pytest.mark.turns
+
 MIXED = "sweep = {speed = [300, 410], time_step = [2e-6, 2e-5]}"  # above the limit
 RANDOM = np.random.default_rng(3)
 LISTS = [[0.0] * 22, [0.01] * 22, [0.02] + [0.0] * 21]
@@ -119,7 +121,6 @@ def texts(figure):
     return [t.get_text() for t in figure.findobj(Text) if t.get_text()]
 
 
-@pytest.mark.turns
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_case_is_drawn_once(made, shape):
     folder = made(shape)
@@ -167,7 +168,6 @@ def test_a_third_input_becomes_panels(made):
         assert len(cells) == own.sum() == 28
 
 
-@pytest.mark.turns
 def test_words_of_the_picture_are_those_of_status(campaign):
     code, folder = campaign("sweep = {speed = [300, 350, 410], gap = [1e-4, 2e-4]}")
     assert code == 0
@@ -306,7 +306,6 @@ def test_what_cannot_be_drawn_is_one_line(made, tmp_path, capsys, wish, said):
     assert not any(tmp_path.iterdir())
 
 
-@pytest.mark.turns
 def test_too_many_panels_are_refused_with_the_setting_wanted(tmp_path, capsys):
     rows = grid_of(speed=[300.0, 400.0], gap=[1e-4, 2e-4], friction=[0.1, 0.2, 0.3],
                    force=[1e4, 2e4, 3e4, 4e4, 5e4])  # fmt: skip
@@ -430,7 +429,6 @@ def test_critical_speeds_are_named_within_the_panels_of_scattered_cases(made):
         assert all(low < note.xy[1] <= high for note in named)
 
 
-@pytest.mark.turns
 def test_the_csv_has_what_is_drawn(made, tmp_path):
     folder = made("three inputs")
     words_ = ["--at", "friction=0.1", "--csv", "--colour", "growth_rate"]
@@ -520,7 +518,6 @@ def test_a_refined_map_has_the_boundary_of_what_it_shows(
     assert f"boundary of {told}, half way between cases" in texts(figure)
 
 
-@pytest.mark.turns
 @pytest.mark.parametrize("shape", ["three inputs", "random"])
 def test_a_case_under_the_mouse_is_told_with_its_numbers(made, shape):
     folder = made(shape)
@@ -574,7 +571,6 @@ def test_failed_cases_are_marked_and_the_others_drawn(campaign, capsys):
     assert "failed" not in set(picture.word[~failed])
 
 
-@pytest.mark.turns
 def test_drawing_leaves_traces_in_the_file(tmp_path):
     """50 MB of orbits may not pass through memory; columns are some 100 kB."""
     rows = grid_of(speed=np.linspace(200, 600, 10).tolist(), gap=[1e-4, 2e-4])
@@ -627,7 +623,6 @@ def test_a_map_is_drawn_where_it_is_wanted_and_told(
     assert told == (wish == "yes" and not gathered)
 
 
-@pytest.mark.turns
 def test_classify_draws_the_map_again_as_it_was_asked_for(campaign, facts, capsys):
     code, folder = campaign("sweep = {speed = [300, 410], gap = [1e-4, 2e-4]}")
     assert code == 0

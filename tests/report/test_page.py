@@ -61,6 +61,7 @@ def test_conditions_are_read_and_never_run():
             parse(text)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     "document",
     [
@@ -130,6 +131,7 @@ def test_what_comes_from_inputs_cannot_leave_its_place(tmp_path):
     assert "{{style}}" in told(page)["engine"]
 
 
+@pytest.mark.turns
 def test_a_page_has_all_that_words_follow_from_and_no_messages(made):
     names = {column["name"] for column in told(page_of(made))["columns"]}
     assert set(rules.evidence_names()) & ROW.keys() <= names
@@ -275,6 +277,7 @@ def test_traces_are_those_of_the_case_however_they_are_read(tmp_path, monkeypatc
             assert kept["time"][-1] == results["end_time"][case]
 
 
+@pytest.mark.turns
 def test_few_cases_of_traces_are_in_memory_at_a_time(tmp_path, monkeypatch):
     peaks = []
     monkeypatch.setattr(results_file, "BLOCK", 100_000)
@@ -290,6 +293,7 @@ def test_few_cases_of_traces_are_in_memory_at_a_time(tmp_path, monkeypatch):
     assert peaks[1] < 1.5 * peaks[0]
 
 
+@pytest.mark.turns
 def test_a_page_knows_when_its_words_are_old(made_copy, capsys):
     assert not build.is_stale(Directory(made_copy))  # there is none yet
     path = build.write_page(Directory(made_copy))
@@ -308,6 +312,7 @@ def made_copy(tmp_path):
     return made_up.campaign(tmp_path / "own", GRID)
 
 
+@pytest.mark.turns
 def test_report_writes_where_it_is_told_and_prints_it(made, tmp_path, capsys):
     out = tmp_path / "new" / "page.html"
     assert main(["report", str(made), "--out", str(out)]) == 0
@@ -317,6 +322,7 @@ def test_report_writes_where_it_is_told_and_prints_it(made, tmp_path, capsys):
     assert page == page_of(made)  # the same bytes of the same results
 
 
+@pytest.mark.turns
 def test_a_case_without_samples_among_others_has_no_orbit(tmp_path):
     folder = made_up.campaign(
         tmp_path / "out", {"sweep": {"speed": [1, 2, 3]}}, samples=30
@@ -327,6 +333,7 @@ def test_a_case_without_samples_among_others_has_no_orbit(tmp_path):
     assert slots.tolist() == [0, -1, 1]
 
 
+@pytest.mark.turns
 def test_damaged_traces_are_one_line(tmp_path, capsys):
     folder = made_up.campaign(tmp_path / "out", GRID, samples=3000)
     path = folder / "results.h5"
@@ -348,6 +355,7 @@ def test_a_campaign_leaves_its_page_beside_the_map(finished):
     assert not build.is_stale(Directory(finished))
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(("wish", "most", "there"), [
     ("auto", 1, False), ("auto", 2, True), ("yes", 1, True), ("no", 2, False),
 ])  # fmt: skip
@@ -365,6 +373,7 @@ def test_a_page_is_written_unasked_where_it_is_cheap(
     assert told_so == (wish == "auto" and not there)
 
 
+@pytest.mark.turns
 def test_a_page_that_is_not_wanted_is_told_with_its_map(made_copy, capsys):
     rules, directory = campaign_tables.Campaign(report="no"), Directory(made_copy)
     ended = Ending(complete=True, cases=9, results=directory.results, gathered=True)

@@ -16,6 +16,8 @@ from hpcwhirl.errors import InputError, MissingFileError, NoRoomError, StoreErro
 from hpcwhirl.launch import interpreter
 from hpcwhirl.report import render_process
 
+pytestmark = pytest.mark.turns
+
 HEAVY = ("xarray", "pandas", "matplotlib")
 CAMPAIGN = """
 import os, signal, sys

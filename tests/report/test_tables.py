@@ -11,6 +11,8 @@ from hpcwhirl.report.page.build import page_data, write_page
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
 
+pytestmark = pytest.mark.turns
+
 FORCES = [float(force) for force in range(10_000, 90_000, 10_000)]
 BRANCHED = {
     "sweep": {"speed": [300.0, 320.0, 340.0, 360.0], "friction": [0.1, 0.2]},

@@ -81,6 +81,7 @@ def run(words="damped forward", **numbers):
     return Run(*words.split(), {"window": 1.0, "ledger_error": 0.0, **numbers}, 1.0)
 
 
+@pytest.mark.turns
 @pytest.mark.usefixtures("cheap")
 def test_the_reference_has_no_error_and_smaller_steps_have_smaller_ones():
     free = scene(gap=1e-2, start_energy=5.0, force=0.0)  # nothing touches
@@ -238,6 +239,7 @@ def test_a_number_is_sure_only_as_far_as_no_further_case_could_change_the_choice
     assert not is_settled(measured(sure), asked, 24)
 
 
+@pytest.mark.turns
 @pytest.mark.usefixtures("cheap")
 def test_cases_that_come_in_batches_are_measured_as_those_at_once():
     free = {"gap": 1e-2, "start_energy": 5.0, "force": 0.0, "duration": 2e-3}
@@ -282,6 +284,7 @@ def test_every_word_gives_cases_in_proportion_and_the_draw_is_even():
     assert evenly(7, 10) == list(range(7))
 
 
+@pytest.mark.turns
 def test_cases_of_a_campaign_are_its_own_and_those_of_a_branch_are_refused():
     tables = {"scene": {"duration": 4e-3}, "sweep": {"speed": [100, 200, 1e9]}}
     tables["engine"] = {"rotor": {"blades": 5}}
@@ -332,6 +335,7 @@ def test_large_errors_are_told_without_an_exponent(ratio, told):
     assert percent(ratio) == told
 
 
+@pytest.mark.turns
 def test_the_table_and_its_files(tmp_path, capsys, monkeypatch):
     given = tmp_path / "short.toml"
     given.write_text("[scene]\nduration = 2e-3\ngap = 1e-2\n")
@@ -407,6 +411,7 @@ def test_the_reference_is_at_least_as_fine_as_the_scene():
     assert found.engine.rotor.elements == 30
 
 
+@pytest.mark.turns
 @pytest.mark.usefixtures("cheap")
 def test_a_mistuned_rotor_has_a_reference_though_none_that_is_exact(monkeypatch):
     _reference(monkeypatch, REFERENCE | {"scheme": "exact"})
@@ -443,6 +448,7 @@ def test_an_axis_is_tried_though_the_scene_asks_by_errors():
     assert reference_of(fine).engine.casing.harmonics >= 80
 
 
+@pytest.mark.turns
 def test_a_rotor_from_file_is_tried_with_the_modes_that_truncation_keeps(tmp_path):
     file = exported(tmp_path / "rotor.h5", {"blades": 5, "modes": 40})
     own = scene(file=str(file), blades=5, truncation=0.05, kind="rigid")
@@ -514,6 +520,7 @@ def mine(tmp_path, monkeypatch):
     return file
 
 
+@pytest.mark.turns
 def test_a_wish_is_written_and_the_file_is_read_once(mine, capsys, monkeypatch):
     read = []
 
@@ -535,6 +542,7 @@ def test_a_wish_is_written_and_the_file_is_read_once(mine, capsys, monkeypatch):
     assert text.count("preset") == 1
 
 
+@pytest.mark.turns
 def test_a_file_that_changed_meanwhile_is_left_as_it_is(mine, capsys, monkeypatch):
     changed = MINE.replace("gap = 1e-2", "gap = 2e-2")
 

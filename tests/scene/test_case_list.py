@@ -64,6 +64,7 @@ def test_a_list_as_other_tools_write_it_is_the_list(tmp_path, text):
     ]
 
 
+@pytest.mark.turns
 def test_the_table_of_a_campaign_is_a_list_of_cases(tmp_path, capsys):
     place = synthetic(tmp_path / "out", grid_of(gap=[1e-4, 4e-4], speed=[300.0, 310.0]))
     for options in ([], ["--units", "mm,rpm"]):

@@ -43,6 +43,7 @@ def told(function, *given):
     return ""
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("seed", range(2))
 def test_any_document_is_a_campaign_or_one_line(tmp_path, seed):
     chance, path = Chance(seed), tmp_path / "c.toml"
@@ -328,6 +329,7 @@ def test_no_message_is_written_into_a_journal(tmp_path):
         )
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("letter", "key", "why"),
     [

@@ -48,6 +48,7 @@ def test_presets_are_ordered_from_fast_to_exact():
     assert asked == sorted(asked, reverse=True)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("order", [0, 1])
 def test_set_counts_over_a_preset_in_any_order(order, capsys):
     words = [["--preset", "draft"], ["--set", "accuracy=1e-3"]]
@@ -89,6 +90,7 @@ def test_unknown_presets_and_swept_inputs_of_one_are_one_line(tmp_path, capsys):
     assert "the campaign sweeps this input" in capsys.readouterr().err
 
 
+@pytest.mark.turns
 def test_results_name_the_preset_and_what_it_loses(tmp_path, capsys):
     path = tmp_path / "two.toml"
     path.write_text("[scene]\nduration = 2e-3\n[sweep]\nspeed = [300.0, 400.0]\n")

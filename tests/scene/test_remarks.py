@@ -126,6 +126,7 @@ def test_the_largest_numbers_are_told_without_a_warning():
     assert "rpm" in remarks(apply_settings(scene, {"rotor.radius": 1e3}))[0]
 
 
+@pytest.mark.turns
 def test_run_model_and_campaign_tell_on_stderr_and_go_on(tmp_path, capsys):
     wrong = ["--set", "friction=10", "--set", "duration=2e-4"]
     assert main(["run", *wrong, "--set", "time_step=2e-6", "--quiet", "--json"]) == 0

@@ -136,6 +136,7 @@ def shuffled(data, chance):
     return {k: shuffled(v, chance) if isinstance(v, dict) else v for k, v in items}
 
 
+@pytest.mark.turns
 @settings(max_examples=30)
 @given(st.fixed_dictionaries({}, optional=VALUES))
 def test_a_scene_written_as_toml_is_read_back_the_same(tmp_path_factory, values):

@@ -59,6 +59,7 @@ def test_a_name_of_any_script_stands_in_every_file(tmp_path, name, capsys):
         assert main([command, str(out)]) == 0
 
 
+@pytest.mark.turns
 def test_units_and_meanings_of_ones_own_are_utf8(tmp_path):
     told = {"one": ("µm", "größte Auslenkung")}
     tables = {"scene": {"duration": 2e-3}, "solver": {"time_step": 2e-6}}
@@ -102,6 +103,7 @@ def spoilt(folder, odd):
     return folder
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("odd", CONTROLS[::6])
 def test_what_a_file_holds_reaches_no_terminal_and_no_picture(
     finished, tmp_path, capsys, odd

@@ -144,6 +144,7 @@ def test_a_range_of_two_units_is_refused():
         Design.of({"sweep": {"speed": given}})
 
 
+@pytest.mark.turns
 def test_a_case_is_chosen_by_a_value_with_a_unit(tmp_path, capsys):
     folder = synthetic(tmp_path / "out", grid_of(gap=[1e-4, 4e-4], speed=[60 * RPM]))
     assert main(["cases", str(folder), "--at", "gap=0.4 mm", "--csv"]) == 0
@@ -153,6 +154,7 @@ def test_a_case_is_chosen_by_a_value_with_a_unit(tmp_path, capsys):
     assert "gap must be in m or a unit" in capsys.readouterr().err
 
 
+@pytest.mark.turns
 def test_plain_numbers_do_not_load_the_library():
     script = (
         "import sys, hpcwhirl; s = hpcwhirl.Scene(speed=300.0); "
@@ -200,6 +202,7 @@ def test_a_unit_of_nothing_shown_is_refused(asked, told):
         units_asked(asked, ("m", "rad/s", "N", "1"))
 
 
+@pytest.mark.turns
 def test_tables_are_practical_and_files_in_si_unless_asked(tmp_path, capsys):
     folder = synthetic(tmp_path / "out", grid_of(gap=[1e-4, 4e-4], speed=[60 * RPM]))
 
@@ -280,6 +283,7 @@ def test_commands_show_the_units_of_the_file(in_rpm, words, told, capsys, monkey
     assert ("rad/s" in out) == (told.endswith("rad/s"))
 
 
+@pytest.mark.turns
 def test_pictures_and_page_show_the_units_of_the_file(in_rpm, tmp_path):
     page = (in_rpm[0] / "report.html").read_text()
     assert '"rad/s": ["rpm", 9.5492' in page

@@ -19,6 +19,8 @@ from hpcwhirl.store.reading.results_file import Results, count_statuses, words_i
 from hpcwhirl.store.results.gather import gather
 from hpcwhirl.store.results.relabel import relabel
 
+pytestmark = pytest.mark.turns
+
 
 def varied(random):
     """Return thresholds about the default ones."""

@@ -12,6 +12,8 @@ from hpcwhirl.scene import apply_settings
 from hpcwhirl.store.results.variables import amplification
 from hpcwhirl.studies.shares import shares
 
+pytestmark = pytest.mark.turns
+
 SMALL = {
     "scene": {"duration": 3e-3},
     "engine": {"rotor": {"blades": 5, "elements": 3}},

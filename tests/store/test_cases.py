@@ -33,6 +33,7 @@ def data(folder):
     return hpcwhirl.open_results(folder)
 
 
+@pytest.mark.turns
 def test_columns_of_coded_results_are_those_of_words_each_text_once(folder, data):
     with open_coded(folder) as coded:
         assert coded["regime"].dtype.itemsize == 1
@@ -194,6 +195,7 @@ def test_why_a_case_ended_is_told_by_default(folder, capsys):
     assert {"outcome", "stop"} <= rows[0].keys()
 
 
+@pytest.mark.turns
 def test_lists_are_short_and_numbered(tmp_path, capsys):
     lists = [[0.001 * (i + j) for i in range(22)] for j in (0, 1)]
     place = synthetic(tmp_path / "out", grid_of(mistuning=lists, speed=[300.0, 310.0]))
@@ -214,6 +216,7 @@ def test_json_is_strict(folder, facts):
     assert told["units"]["speed"] == "rad/s"
 
 
+@pytest.mark.turns
 def test_a_case_without_a_result_has_no_counts(folder, data, capsys, facts):
     assert data.contacts.to_numpy()[10:].tolist() == [-1, -1]
     assert not matching("contacts < 0", source_of(data)).any()
@@ -257,6 +260,7 @@ def test_words_and_texts_compare_with_text(data):
     assert (data.isel(case=data.status == "failed").message != "").all()
 
 
+@pytest.mark.turns
 def test_reading_leaves_numbers_in_the_file_until_asked(tmp_path):
     import tracemalloc
 
@@ -289,6 +293,7 @@ def test_cases_become_a_grid_over_what_was_swept(data):
     assert full.centre.dims == (*full.growth_rate.dims, "time", "xy")
 
 
+@pytest.mark.turns
 def test_a_grid_leaves_traces_in_the_file_until_asked(tmp_path):
     import tracemalloc
 
@@ -337,6 +342,7 @@ def test_what_python_offers_is_shown():
         assert getattr(hpcwhirl, name)
 
 
+@pytest.mark.turns
 def test_figures_take_cases_by_their_inputs(folder, tmp_path, capsys):
     words = ["figures", str(folder), "--out", str(tmp_path), "--kind", "orbit"]
     assert main([*words, "--at", "speed=400", "--at", "gap=1e-4"]) == 0
@@ -356,6 +362,7 @@ def test_json_rows_have_the_numbers_of_the_file(folder, data, capsys):
         assert row["late_lost"] == float(data.late_lost[row["case"]])
 
 
+@pytest.mark.turns
 def test_rows_of_csv_are_printed_some_at_a_time(finished, monkeypatch, capsys):
     assert main(["cases", str(finished), "--csv"]) == 0
     whole = capsys.readouterr().out
@@ -365,6 +372,7 @@ def test_rows_of_csv_are_printed_some_at_a_time(finished, monkeypatch, capsys):
     assert whole.count("\n") == 3
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     ("text", "told"),
     [

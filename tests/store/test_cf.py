@@ -28,6 +28,8 @@ from hpcwhirl.store.reading.reader import GROUPS, open_coded
 from hpcwhirl.store.results.gather import gather
 from hpcwhirl.store.results.layout import CONVENTIONS
 
+pytestmark = pytest.mark.turns
+
 ASIDE = "check_spatiotemporal_dims_have_coordinate_vars"
 SHORT = ["--set", "duration=0.02", "--set", "traces=full", "--quiet"]
 MISTUNED = [[0.0] * 21 + [change] for change in (0.01, 1 / 3)]

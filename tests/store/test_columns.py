@@ -31,6 +31,8 @@ from hpcwhirl.store.directory.reader import rows_at
 from hpcwhirl.store.results.blocks import ranges, read_block
 from hpcwhirl.store.results.contents import contents_of
 
+pytestmark = pytest.mark.turns
+
 CASES = 40
 TABLES = {
     "sweep": {"speed": {"start": 100, "stop": 480, "step": 20}, "gap": [1e-4, 2e-4]}

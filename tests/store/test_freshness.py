@@ -17,6 +17,8 @@ from hpcwhirl.store.directory.journal import Journal, Journals
 from hpcwhirl.store.reading.reader import open_results
 from hpcwhirl.store.results.contents import is_current
 
+pytestmark = pytest.mark.turns
+
 DOCUMENT = {
     "scene": {"duration": 2e-3},
     "output": {"interval": 1e-4},

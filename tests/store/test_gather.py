@@ -190,6 +190,7 @@ def test_h5netcdf_reads_it(folder, axis):
         assert file["performance"]["host"].dimensions == ("case",)
 
 
+@pytest.mark.turns
 def test_netcdf4_reads_every_variable_and_all_text(folder, axis):
     # of its own: it brings another HDF5, and has crashed on what h5py reads
     done = python(NETCDF4, folder / "results.h5")
@@ -418,6 +419,7 @@ def test_the_size_of_a_block_changes_no_bit(tmp_path, monkeypatch, one_interval)
         assert root_variables(tmp_path) == whole
 
 
+@pytest.mark.turns
 def test_what_each_rank_did_is_told_over_all_runs(tmp_path):
     begin(tmp_path, one_interval=True)
     ranks = [{"rank": r, "host": f"n{r}", "cases": 4, "busy": 9.0 + r,
@@ -471,6 +473,7 @@ def test_a_disk_too_small_for_the_file_is_told_and_room_continues(writer, disk):
     assert write(writer, place / "out") == (0, "")
 
 
+@pytest.mark.turns
 def test_a_journal_whose_name_is_no_utf_8_is_read_like_any_other(tmp_path):
     begin(tmp_path, one_interval=True)
     write("serial", tmp_path)

@@ -24,6 +24,7 @@ print(cache_facts()["cache_writable"], PLACE)
 """
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize(
     "ground", [{"NUMBA_CACHE_DIR": NOWHERE}, {"HOME": NOWHERE}], ids=" ".join
 )
@@ -75,6 +76,7 @@ def test_a_value_of_a_campaign_is_not_repeated_at_length(text, tmp_path, capsys)
     assert len(line) < 900  # it names all inputs that a scene knows
 
 
+@pytest.mark.turns
 def test_a_complete_campaign_keeps_no_note_of_a_process_that_died(finished, tmp_path):
     out = tmp_path / "out"
     shutil.copytree(finished, out)

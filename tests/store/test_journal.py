@@ -98,6 +98,7 @@ def test_a_tail_torn_anywhere_costs_the_last_case_alone(folder, log):
         assert list(Journals(folder).newest()) == ["d0", "d1"]
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("change", ["flipped", "lost", "added"])
 def test_a_damaged_byte_costs_its_own_case_alone(folder, log, change):
     """Of its numbers, of its text, of the header, which stands there twice."""

@@ -31,6 +31,8 @@ from hpcwhirl.store.directory.record import sealed
 from hpcwhirl.store.directory.runs import Runs
 from hpcwhirl.store.results.gather import gather
 
+pytestmark = pytest.mark.turns
+
 
 def statuses(folder):
     with h5py.File(folder / "results.h5") as file:

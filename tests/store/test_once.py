@@ -14,6 +14,8 @@ import hpcwhirl
 from hpcwhirl.store.reading import results_file, xarray_store
 from hpcwhirl.store.reading.results_file import Results
 
+pytestmark = pytest.mark.turns
+
 SPEEDS = [300.0, 310.0, 320.0, 330.0]
 
 

@@ -108,6 +108,7 @@ def test_shards_of_one_division_share_and_nothing_else_does(one, other, excluded
     assert in_the_way(one, other) == in_the_way(other, one) == excluded
 
 
+@pytest.mark.turns
 @pytest.mark.usefixtures("hasty")
 def test_a_living_owner_is_named_and_left_alone(tmp_path):
     process = holder(tmp_path, "campaign")
@@ -121,6 +122,7 @@ def test_a_living_owner_is_named_and_left_alone(tmp_path):
     assert not (tmp_path / "owners").exists()
 
 
+@pytest.mark.turns
 @pytest.mark.usefixtures("hasty")
 @pytest.mark.parametrize("reaped", [True, False])
 def test_a_killed_owner_of_this_machine_is_taken_over_unasked(tmp_path, reaped):
@@ -272,6 +274,7 @@ def test_a_hidden_process_of_another_user_is_alive(monkeypatch):
 # Gathering
 
 
+@pytest.mark.turns
 def test_two_gathers_in_the_midst_of_each_other_harm_neither(tmp_path, monkeypatch):
     # as where the claim of one was lost: each writes to a file of its own
     begin(tmp_path, one_interval=True)
@@ -294,6 +297,7 @@ def test_two_gathers_in_the_midst_of_each_other_harm_neither(tmp_path, monkeypat
     assert not list(tmp_path.glob("*.part*"))
 
 
+@pytest.mark.turns
 def test_a_gather_that_fails_takes_no_file_of_another_with_it(tmp_path, monkeypatch):
     begin(tmp_path, one_interval=True)
     gather(Directory(tmp_path), {})
@@ -337,6 +341,7 @@ def test_gathers_and_classify_at_once_give_one_whole_file(tmp_path, locking):
     assert not (tmp_path / "owners").exists()
 
 
+@pytest.mark.turns
 def test_classify_waits_for_what_a_gather_writes(tmp_path, monkeypatch):
     begin(tmp_path, one_interval=True)
     gather(Directory(tmp_path), {})
@@ -402,6 +407,7 @@ def test_a_dead_claim_is_removed_whosever_way_it_is_in(tmp_path):
 # Temporary files
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("ages", [0.0, 1e5])
 def test_who_gathers_or_names_anew_sweeps_what_the_dead_have_left(tmp_path, ages):
     begin(tmp_path, one_interval=True)
@@ -486,6 +492,7 @@ def inputs(place):
     return place / "short.toml"
 
 
+@pytest.mark.turns
 @pytest.mark.usefixtures("hasty")
 def test_a_second_campaign_in_a_directory_is_refused_by_name(tmp_path, capsys):
     out = tmp_path / "out"
@@ -499,6 +506,7 @@ def test_a_second_campaign_in_a_directory_is_refused_by_name(tmp_path, capsys):
     process.communicate("")
 
 
+@pytest.mark.turns
 @pytest.mark.usefixtures("hasty")
 def test_a_campaign_sweeps_pictures_that_were_killed_half_drawn(tmp_path):
     out = tmp_path / "out"

@@ -22,6 +22,7 @@ def cut(finished, tmp_path):  # noqa: F811
     return place, journal, lines[-1]
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("command", ["map", "report", "cases"])
 def test_a_command_shows_the_cases_that_have_ended_so_far(command, cut, capsys):
     place, journal, last = cut
@@ -37,6 +38,7 @@ def test_a_command_shows_the_cases_that_have_ended_so_far(command, cut, capsys):
         assert (data.status == "ok").all()
 
 
+@pytest.mark.turns
 def test_complete_results_and_other_thresholds_are_left_alone(finished, cut, tmp_path):  # noqa: F811
     whole, (part, journal, last) = tmp_path / "whole", cut
     shutil.copytree(finished, whole)
@@ -50,6 +52,7 @@ def test_complete_results_and_other_thresholds_are_left_alone(finished, cut, tmp
         assert (place / "results.h5").read_bytes() == before
 
 
+@pytest.mark.turns
 def test_other_thresholds_are_shown_before_they_are_written(finished, tmp_path, capsys):  # noqa: F811
     place = tmp_path / "out"
     shutil.copytree(finished, place)

@@ -96,6 +96,7 @@ def test_a_directory_of_who_took_over_is_not_put_aside(tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("swept", [False, True])
 def test_results_of_who_took_over_stay(tmp_path, monkeypatch, swept):
     specimen(tmp_path, one_interval=True)
@@ -114,6 +115,7 @@ def test_results_of_who_took_over_stay(tmp_path, monkeypatch, swept):
     assert (tmp_path / "results.h5").read_text() == "another's"
 
 
+@pytest.mark.turns
 def test_words_of_who_took_over_stay(tmp_path, monkeypatch):
     specimen(tmp_path, one_interval=True)
     path = gather(Directory(tmp_path), {})
@@ -137,6 +139,7 @@ def test_who_has_lost_its_directory_before_it_computes_says_so(tmp_path):
             run_campaign(design(300), Directory(tmp_path), stopping=stopping, own=own)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("command", ["campaign", "gather", "classify"])
 def test_take_over_reaches_the_claim_of_gathering(
     tmp_path, monkeypatch, capsys, command

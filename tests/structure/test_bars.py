@@ -94,6 +94,7 @@ def test_a_pressed_bar_pushes_back_with_its_stiffness_in_the_mean():
 # Orders
 
 
+@pytest.mark.turns
 @pytest.mark.order
 @pytest.mark.parametrize("name", IMPACTS)
 def test_impacts_are_of_order_two_thirds_in_step_and_mesh(name):
@@ -118,6 +119,7 @@ def test_a_held_contact_is_of_second_order_in_the_step():
     assert np.log2(apart[0] / apart[1]) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.turns
 @pytest.mark.order
 def test_a_held_contact_is_of_first_order_in_step_and_mesh():
     # the wall's acceleration jumps
@@ -129,6 +131,7 @@ def test_a_held_contact_is_of_first_order_in_step_and_mesh():
 # What Carpenter's correction does at a touch
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", IMPACTS)
 def test_the_peak_multiplier_grows_with_the_rate_and_the_impulse_does_not(name):
     coarse, middle, fine = (bars.measure(name, 50, 0.1 / 4**n) for n in range(3))
@@ -140,6 +143,7 @@ def test_the_peak_multiplier_grows_with_the_rate_and_the_impulse_does_not(name):
     assert fine["touch"] == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.turns
 @pytest.mark.parametrize("name", IMPACTS)
 @pytest.mark.parametrize("elements", [25, 100])
 def test_an_impact_loses_the_kinetic_energy_of_the_ends_mass(name, elements):

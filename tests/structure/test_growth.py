@@ -17,6 +17,8 @@ from hpcwhirl.reduction.waves import (
 from hpcwhirl.scene import Rotor
 from hpcwhirl.scene.bearing_tables import HEAD
 
+pytestmark = pytest.mark.turns
+
 BLADES = 5
 USUAL = {"blades": BLADES, "elements": 3}
 TABLE = ";".join([

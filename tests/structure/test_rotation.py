@@ -146,6 +146,7 @@ def test_first_bending_stiffens_as_other_codes_have_it(default, speed, own):
     assert np.abs(lines) == pytest.approx(own, rel=0.01)
 
 
+@pytest.mark.turns
 def test_one_basis_serves_all_speeds(default):
     """Of many more modes come the same frequencies, whatever the speed."""
     finer = rotor_model(Rotor(), 330, "full")
@@ -284,6 +285,7 @@ def test_blades_lose_their_stiffness_at_an_overspeed():
     assert squared[0] > -1e-6 * squared[-1]
 
 
+@pytest.mark.turns
 def test_model_tells_lines_of_the_rotation_asked_for(capsys):
     small = ["--set", "blades=5", "--set", "modes=20", "--set", "harmonics=4"]
     found = {}

@@ -174,6 +174,7 @@ def test_blade_stiffness_of_the_paper():
     assert blade_stiffness(Rotor()) == pytest.approx(6.8e4, rel=3e-3)
 
 
+@pytest.mark.turns
 def test_harmonics_have_the_frequencies_of_a_fine_ring_of_elements():
     casing = Casing(elements=240)
     structure, _ = ring(casing, 0.5)

@@ -125,6 +125,7 @@ def test_every_start_has_a_share_the_strongest_too():
             assert tuple(map(float, ends)) == interval(3, 9)
 
 
+@pytest.mark.turns
 def test_the_basins_of_a_duffing_oscillator_are_halves():
     sample = {"count": 4096, "force": uniform(0.0, 4e3), "pulse": uniform(1e-9, 4e-3)}
     found = basins(results(wells, sample=sample)).isel(point=0)
@@ -363,6 +364,7 @@ def swept(tmp_path_factory):
     return folder
 
 
+@pytest.mark.turns
 def test_the_command_prints_a_row_for_each_point_and_motion(swept, tmp_path, capsys):
     words = ["basins", str(swept), "--out", str(tmp_path)]
     assert main([*words, "--json", "--by", "attractor", "--at", "speed=300"]) == 0
@@ -379,6 +381,7 @@ def test_the_command_prints_a_row_for_each_point_and_motion(swept, tmp_path, cap
     assert 'id="interval damped"' in svg
 
 
+@pytest.mark.turns
 def test_numbers_of_starts_have_no_unit(tmp_path, capsys):
     """Results have a trace `lost`, an energy; the table counts lost starts so."""
     rows = [{"force": 1e4 * n} for n in range(1, 9)]
@@ -390,12 +393,14 @@ def test_numbers_of_starts_have_no_unit(tmp_path, capsys):
     assert {"count", "cases", "lost"} <= set(head)
 
 
+@pytest.mark.turns
 def test_a_figure_shows_which_start_leads_where(swept, tmp_path, capsys):
     words = ["figures", str(swept), "--kind", "basins", "--out", str(tmp_path)]
     assert main(words) == 0
     assert capsys.readouterr().out.strip() == str(tmp_path / "basins.png")
 
 
+@pytest.mark.turns
 def test_a_map_can_be_coloured_by_attractor(swept, tmp_path):
     words = ["map", str(swept), "--x", "force", "--y", "pulse", "--out", str(tmp_path)]
     assert main([*words, "--colour", "attractor"]) == 0

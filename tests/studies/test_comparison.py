@@ -12,6 +12,8 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene.words import ENUMS
 
+pytestmark = pytest.mark.turns
+
 SPEEDS = 100.0, 110.0, 120.0
 LETTERS = {"d": "damped", "S": "sustained", "X": "divergent", "?": "undecided"}
 

@@ -155,6 +155,7 @@ def words_over_force(folder, lines):
     return folder
 
 
+@pytest.mark.turns
 def test_a_campaign_over_force_has_an_edge_on_each_line_with_a_change(
     tmp_path, capsys, monkeypatch
 ):

@@ -19,6 +19,8 @@ from hpcwhirl.studies.edge_tracking import (
     track,
 )
 
+pytestmark = pytest.mark.turns
+
 UNSTABLE, TURNING = 1.07, -1.6
 
 

@@ -52,6 +52,7 @@ def ends(found):
             for r in found]  # fmt: skip
 
 
+@pytest.mark.turns
 def test_ranges_and_what_lies_beyond_them(tmp_path):
     found = ranges(campaign(tmp_path / "c", {1e-4: "ddSdd?", 2e-4: "dddddd"}))
     first = [
@@ -63,6 +64,7 @@ def test_ranges_and_what_lies_beyond_them(tmp_path):
     assert [r.fixed for r in found] == [{"gap": 1e-4}] * 2 + [{"gap": 2e-4}]
 
 
+@pytest.mark.turns
 def test_a_line_without_a_damped_case_is_told(tmp_path):
     (found,) = ranges(campaign(tmp_path / "c", {1e-4: "SX?"}))
     assert found.cases == 0
@@ -78,6 +80,7 @@ def twelve(tmp_path_factory):
         return data.load()
 
 
+@pytest.mark.turns
 @given(line=st.text("dSX?", min_size=2, max_size=12))
 def test_every_damped_case_lies_in_one_range_and_no_other_case_does(twelve, line):
     words = np.array([LETTERS[letter] for letter in line])
@@ -92,6 +95,7 @@ def test_every_damped_case_lies_in_one_range_and_no_other_case_does(twelve, line
         assert not r.cases or round((r.high - r.low) / 10) == r.cases - 1
 
 
+@pytest.mark.turns
 def test_the_distance_is_to_the_nearest_end_with_another_word_beyond(tmp_path):
     found = ranges(campaign(tmp_path / "c", {1e-4: "dddS"}))[0]
     assert found.distance(105.0) == 15.0  # below 100 nothing was computed
@@ -108,6 +112,7 @@ def test_the_sweep_of_another_input_is_a_line_of_it(tmp_path):
         (100.0, 1e-4, 2e-4), (110.0, 2e-4, 2e-4)]  # fmt: skip
 
 
+@pytest.mark.turns
 def test_what_is_no_sweep_is_refused(tmp_path):
     place = campaign(tmp_path / "c", {1e-4: "dS"})
     with pytest.raises(InputError, match="unknown swept input 'gapp'"):
@@ -143,6 +148,7 @@ def test_csv_has_a_row_for_each_range(place, capsys):
     assert capsys.readouterr().out.startswith("gap,low,high,below,above,word_below")
 
 
+@pytest.mark.turns
 def test_a_point_is_told_its_distance(place, facts, capsys):
     found = facts("margin", str(place), "--json", "--at", "speed=105")
     assert [r["distance"] for r in found["ranges"]] == [5.0, -25.0, 15.0]
@@ -167,6 +173,7 @@ def test_margins_are_told_in_the_unit_asked_for(place, capsys):
     assert "nearer than 5 rad/s is not damped at gap = 100 um" in told
 
 
+@pytest.mark.turns
 def test_wrong_words_are_one_line(place, capsys):
     for words in (["--sure", "2"], ["--check", "0"],
                   ["--at", "speed=x"], ["--over", "nothing"],
@@ -201,6 +208,7 @@ def pulses(folder, lines):
     return worded(folder, cases, "".join(lines.values()))
 
 
+@pytest.mark.turns
 @given(line=st.text("dSX?", min_size=2, max_size=12))
 def test_a_pulse_is_safe_while_every_weaker_one_is_damped(twelve, line):
     words = np.array([LETTERS[letter] for letter in line])
@@ -218,6 +226,7 @@ def test_a_pulse_is_safe_while_every_weaker_one_is_damped(twelve, line):
 LINES = {300.0: "dddd", 410.0: "ddXd", 500.0: "Sddd"}
 
 
+@pytest.mark.turns
 def test_the_safe_pulse_is_told_in_multiples_of_the_present_one(
     tmp_path, facts, capsys
 ):
@@ -261,6 +270,7 @@ def test_a_pulse_that_has_no_multiples_is_refused(tmp_path, capsys, value, told)
     assert told in capsys.readouterr().err
 
 
+@pytest.mark.turns
 def test_the_legend_of_limits_has_only_marks_that_occur(tmp_path):
     place = pulses(tmp_path / "c", {300.0: "ddSS", 410.0: "dSSS"})
     words = ["--over", "force", "--first", "--at", "force=75 kN", "--plot"]
@@ -270,6 +280,7 @@ def test_the_legend_of_limits_has_only_marks_that_occur(tmp_path):
     assert not any(f'id="{mark}"' in text for mark in ("open", "none", "again"))
 
 
+@pytest.mark.turns
 def test_limits_are_drawn_over_one_and_two_inputs(tmp_path, capsys):
     place = pulses(tmp_path / "c", LINES)
     words = ["--over", "force", "--first", "--at", "force=75 kN", "--plot"]
@@ -287,6 +298,7 @@ def test_limits_are_drawn_over_one_and_two_inputs(tmp_path, capsys):
     )
 
 
+@pytest.mark.turns
 def test_a_map_of_limits_has_that_of_each_point(tmp_path, monkeypatch):
     """Two speeds, three gaps; the pulses 10, 20 and 30 kN."""
     points = product((300.0, 410.0), (1e-4, 2e-4, 3e-4), (1e4, 2e4, 3e4))
@@ -312,6 +324,7 @@ def test_a_map_of_limits_has_that_of_each_point(tmp_path, monkeypatch):
     }
 
 
+@pytest.mark.turns
 def test_a_point_has_a_margin_in_every_input(tmp_path, facts, capsys):
     place = pulses(tmp_path / "c", {300.0: "dddd", 410.0: "ddXd", 500.0: "dddd"})
     words = ["margin", str(place), "--over", "each", "--at", "speed=400",
@@ -376,6 +389,7 @@ def test_points_drawn_inside_a_range_tell_the_share_that_is_damped(
     assert first["drawn"] == second["drawn"] == 40
 
 
+@pytest.mark.turns
 def test_at_least_stands_behind_drawn_points_alone(tmp_path, capsys, computed):
     place = str(campaign(tmp_path / "c", {1e-4: "ddddddddSS", 2e-4: "ddddddddSS"}))
     words = ["margin", place, "--at", "speed=150", "--check", "20"]
@@ -390,6 +404,7 @@ def test_at_least_stands_behind_drawn_points_alone(tmp_path, capsys, computed):
     assert computed
 
 
+@pytest.mark.turns
 def test_a_limit_that_a_drawn_pulse_breaks_is_lowered(tmp_path, facts, monkeypatch):
     place = pulses(tmp_path / "c", {300.0: "dddd"})
     word = lambda scene: "damped" if scene.force < 1.1e5 else "sustained"  # noqa: E731

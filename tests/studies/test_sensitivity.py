@@ -26,6 +26,8 @@ from hpcwhirl.studies.sensitivity import (
     widest,
 )
 
+pytestmark = pytest.mark.turns
+
 FAST = {
     "scene": {"duration": 2e-3},
     "solver": {"time_step": 2e-6},

@@ -1,8 +1,9 @@
 """Costly tests that take turns: each commit asks a part of them, `TURNS` commits all.
 
-They are marked `slow` (more than 2 s of the processor) or `turns` (half a second, or a
-grid of many rows). A row stays in the turn that its name gives, so that the laws of one
-table ask the same scenes in a turn and share what these have computed.
+They are marked `slow` (more than 2 s of the processor) or `turns` (a fifth of a second,
+or a grid of more than half a second). A row stays in the turn that its name gives, so
+that the laws of one table ask the same scenes in a turn and share what these have
+computed.
 """
 
 import subprocess
