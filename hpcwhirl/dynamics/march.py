@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.bounds import TOUCHDOWNS
 from hpcwhirl.case.limits import beat_of, step_counts
 from hpcwhirl.case.plan import Marched
@@ -40,6 +40,8 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
 from hpcwhirl.scene.contact_laws import PERMANENT
 
+IMPULSES = contact.IMPULSE, contact.TANGENTIAL  # in the ledger, of which friction is
+KEPT_STATES = 64  # samples whose states the kernel keeps until they are read
 SLICE_SECONDS = 0.01  # wall time that a slice should take
 FIRST_SLICE = 256  # steps of the first slice, before the time of a step is known
 LEAST_SLICE = 16  # least number of steps of a slice
@@ -129,9 +131,9 @@ class March:
             self._begin(self.case.whole)
             return
         self._refresh(self.state)
-        self.tracks = self._empty_tracks()
         self._free, self._shaft = None, None
         self.stresses, self.loads = self._empty_stresses(), self._empty_loads()
+        self.tracks = self._empty_tracks()
         self.jump = np.zeros(1)
         self._read(0)
         self.coast = self._coast()
@@ -219,8 +221,9 @@ class March:
         if not self.loads.size:
             return 0.0
         now, time = self.motion(), self.steps * self.scene.solver.time_step
-        speed = float(speed_at(self.scene, time))
-        return self.shaft.angular_momentum(now.rotor, now.rotor_velocity, speed)
+        speed = np.asarray([speed_at(self.scene, time)], dtype=float)
+        both = now.rotor[None], now.rotor_velocity[None]
+        return float(self.shaft.angular_momenta(*both, speed)[0])
 
     def put(self, state: Iterable[Floats]) -> None:
         """Replace the march's state by one of the same scene, perhaps at another step.
@@ -322,7 +325,7 @@ class March:
         if self.scene.solver.until == "certain":
             self.counter[contact.STOP] = CERTAIN
         elif self.steps < self.total:
-            strides = Strides(self.stride, self.beat)
+            strides = self._strides
             self._read_samples(self.steps, self.total)
             sample = int(self.counter[contact.SAMPLE])
             self.coast.finish(self.state, self.tracks, self.total, strides)
@@ -357,9 +360,16 @@ class March:
                 f"bytes, allowed {MOST_TRACES / 1e9:g} GB: raise interval"
             )
         kept_samples = samples, samples * tips, samples * casing
+        states = KEPT_STATES if self._reads and not self.scheme.jumps else 0
+        wide = max(own.kept_width for own in self.schemes) + len(IMPULSES)
         return empty_tracks(
-            kept_samples, (rows, self.evidence_columns), blades, width, rods
-        )
+            kept_samples, (rows, self.evidence_columns), blades, width, rods,
+            (states, wide),
+        )  # fmt: skip
+
+    @property
+    def _strides(self) -> Strides:
+        return Strides(self.stride, self.beat, self.every)
 
     @property
     def _stress_shape(self) -> tuple[int, int]:
@@ -376,7 +386,7 @@ class March:
     def _empty_loads(self) -> Floats:
         """Return an array for the loads of the shaft at step 0 and at each sample.
 
-        They are those of `ShaftLoads.of_motion`, and the impulse of contact, on which
+        They are those of `ShaftLoads.of_motions`, and the impulse of contact, on which
         the torque of friction depends, N s. It is empty if they are not asked for.
         """
         width = len(self.shaft.forces) * 2 + MORE if self.case.reads_loads else 0
@@ -417,20 +427,47 @@ class March:
         """
         if not self._reads:
             return
-        now, row = self._motion_at(step), step // self.every
-        if self.stresses.size and row and self.model.rotor.stress is not None:
-            self.stresses[row - 1] = self.model.rotor.stress.at(now.rotor)
+        now, entries = self._motion_at(step), self.state.ledger[list(IMPULSES)]
+        both = now.rotor[None], now.rotor_velocity[None]
+        self._store(np.array([step]), both, entries[None])
+
+    def _read_kept(self, since: int) -> None:
+        """Read the motion at each sample after a step, but not at the present step.
+
+        There the kernel kept the states; see `_next_read` for how many.
+        """
+        kept, step = self.tracks.states, self._sample_after(since)
+        steps = np.arange(step, self.steps, self.every)
+        if not (len(kept) and len(steps)):
+            return
+        rows, width = kept[steps // self.every % len(kept)], self.scheme.kept_width
+        both = self.scheme.rotors(rows[:, :width], steps)
+        self._store(steps, both, rows[:, -len(IMPULSES) :])
+
+    def _store(
+        self, steps: Integers, motions: tuple[Floats, Floats], impulses: Floats
+    ) -> None:
+        """Store stress at the named points and loads of the shaft at samples.
+
+        steps : (k,), of the samples
+        motions : (k, n) each, displacements and velocities of the rotor
+        impulses : (k, 2), N s, entries `IMPULSES` of the ledger
+        """
+        (x, v), rows, stress = motions, steps // self.every, self.model.rotor.stress
+        if self.stresses.size and stress is not None:
+            for row, places in zip(rows.tolist(), x, strict=True):
+                if row:
+                    self.stresses[row - 1] = stress.at(places)
         if not self.loads.size:
             return
-        time = step * self.scene.solver.time_step
-        speed, angle = (float(f(self.scene, time)) for f in (speed_at, angle_at))
-        slips = self.scene.slip != PERMANENT
-        entry = contact.TANGENTIAL if slips else contact.IMPULSE
+        times, slips = steps * self.scene.solver.time_step, self.scene.slip != PERMANENT
+        speeds, angles = (
+            np.array([float(f(self.scene, time)) for time in times.tolist()])
+            for f in (speed_at, angle_at)
+        )
         with np.errstate(all="ignore"):  # a motion that diverges may not be finite
-            self.loads[row] = [
-                *self.shaft.of_motion(now.rotor, now.rotor_velocity, speed, angle),
-                self.lean.model.folds * self.state.ledger[entry],
-            ]
+            self.loads[rows, :-1] = self.shaft.of_motions(x, v, speeds, angles)
+            self.loads[rows, -1] = self.lean.model.folds * impulses[:, int(slips)]
 
     def _motion_at(self, step: int) -> Motion:
         """Return the motion at the present step, or at another one of a free motion."""
@@ -522,14 +559,19 @@ class March:
         while self.steps < goal and self.counter[contact.STOP] == 0:
             before = self.steps
             self._march_to(self._next_read(goal))
-            self._read_samples(before, self.steps)
+            if not len(self.tracks.states):
+                self._read_samples(before, self.steps)
 
     def _next_read(self, goal: int) -> int:
         """Return the next step, at most `goal`, at which the motion is to be read.
 
-        It is `goal` if neither stress nor loads are stored.
+        It is `goal` if neither stress nor loads are stored, and else that of the next
+        sample or, if the kernel keeps states, of so many samples later.
         """
-        return min(goal, self._sample_after(self.steps)) if self._reads else goal
+        if not self._reads:
+            return goal
+        more = max(len(self.tracks.states) - 1, 0)
+        return min(goal, self._sample_after(self.steps) + more * self.every)
 
     def _march_to(self, goal: int) -> None:
         """Integrate up to step `goal`, or until the run stops.
@@ -539,15 +581,17 @@ class March:
         comes.
         """
         while self.steps < goal and self.counter[contact.STOP] == 0:
-            cut = self._next_cut()
-            self._call(min(goal, cut) - self.steps)
-            if self.steps < cut:
-                continue
-            self._refresh(self.state)
-            if cut == self.let_go:
-                self._release()
-            if cut == self.lost_at and self.later:
-                self._lose()
+            cut, before = self._next_cut(), self.steps
+            self._call(min(goal, cut) - before)
+            self._read_kept(before)
+            if self.steps >= cut:
+                self._refresh(self.state)
+                if cut == self.let_go:
+                    self._release()
+                if cut == self.lost_at and self.later:
+                    self._lose()
+            if len(self.tracks.states):
+                self._read_samples(self.steps - 1, self.steps)
 
     def _next_cut(self) -> int:
         """Return the next step at which the kernel's arrays must be computed anew.
@@ -576,7 +620,7 @@ class March:
         scene = self.lean.scene
         self.scheme.kernel(
             steps,
-            Strides(self.stride, self.beat),
+            self._strides,
             self._limit,
             scene.solver.time_step,
             self.speed,

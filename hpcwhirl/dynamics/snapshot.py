@@ -98,6 +98,7 @@ def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
     """
     counts = {"evidence": counter[contact.JUDGED], "closed": contact.CLOSED}
     tracks = march.tracks._asdict()
+    tracks.pop("states")  # read already
     if march.stresses.size:
         tracks["stress"] = march.stresses
         counts["stress"] = counter[contact.STEP] // march.every

@@ -98,6 +98,7 @@ def empty_tracks(
     blades: int,
     width: int,
     rods: int,
+    states: tuple[int, int],
 ) -> Tracks:
     """Return arrays of zeros for the samples and the evidence that a march will store.
 
@@ -107,6 +108,7 @@ def empty_tracks(
     evidence : number of rows of evidence, and of their columns
     blades, width : number of blades N; number of coordinates of the casing
     rods : number of rods of a layer that wears, 0 without a layer
+    states : number of states kept for reading, and of their values
     """
     count, tips, casing = samples
     numbers = [np.zeros(count) for _ in range(5)]
@@ -115,7 +117,7 @@ def empty_tracks(
         np.zeros((count, 2)), energy, impulse, fed, lost,
         np.zeros((tips, blades, 2)), np.zeros((tips, blades)), rubbed,
         np.zeros((casing, width)), np.zeros(evidence),
-        np.zeros(contact.CLOSED), np.zeros((casing, rods)),
+        np.zeros(contact.CLOSED), np.zeros((casing, rods)), np.zeros(states),
     )  # fmt: skip
 
 

@@ -82,7 +82,7 @@ class Bodies:
         tracks = Tracks(
             np.zeros((0, 2)), *(np.zeros(0),) * 4, np.zeros((0, 1, 2)), empty,
             np.zeros(0), empty, np.zeros((1, contact.COLUMNS)),
-            np.zeros(contact.CLOSED), empty,
+            np.zeros(contact.CLOSED), empty, empty,
         )  # fmt: skip
         none, flat = np.zeros(0), np.zeros(0, np.int64)
         wall = Wall(self.gap, 0, flat, flat, *(none,) * 5, self.gap)

@@ -30,6 +30,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -46,7 +47,9 @@ from hpcwhirl.structure import polar_inertia
 from hpcwhirl.structure.shaft import NODE, LineSupport, ShaftLine, line_of
 
 PLANE = np.array([1.0, 1.0j])  # makes x + i y of x and y
-COLUMNS = 3  # of `ShaftLoads.of_motion` besides forces: H, torque, contact's impulse
+COLUMNS = (
+    3  # of `ShaftLoads.of_motions` besides the forces: H, torque, contact's impulse
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,45 +103,84 @@ class ShaftLoads:
         """Names of the places at which the rotor is held."""
         return tuple(one.name for one in self.forces)
 
-    def of_motion(self, x: Floats, v: Floats, speed: float, angle: float) -> Floats:
-        """Return forces, angular momentum and torques of a motion, (2 s + 2,).
+    def of_motions(self, x: Floats, v: Floats, speed: Floats, angle: Floats) -> Floats:
+        """Return forces, angular momentum and torques of k motions, (k, 2 s + 2).
 
         They are F_x, F_y of each of s supports, N, static frame; H, N m s, NaN if
-        unknown; and the torque of supports and weight about the axis, N m.
+        unknown; and the torque of supports and weight about the axis, N m. A row has
+        the same bits whichever others are computed with it.
 
-        x, v : (n,), m, m/s, rotating frame
-        speed, angle : Omega, rad/s; rad, by which the rotor has turned
+        x, v : (k, n), m, m/s, rotating frame
+        speed, angle : (k,), Omega, rad/s; rad, by which the rotor has turned
         """
-        turn, out, torque = np.exp(1j * angle), [], 0.0
+        x, v = map(np.ascontiguousarray, (x, v))  # else other bits
+        turn, out, torque = np.exp(1j * angle), list[Floats](), np.zeros(len(x))
         for one in self.forces:
-            force = -(one.held @ x + one.drag @ v) * turn
-            z, moving = complex(one.row @ x), complex(one.row @ v)
+            force = -(_each(one.held, x) + _each(one.drag, v)) * turn
             if one.support is not None:
+                z, moving = _each(one.row, x), _each(one.row, v)
                 place, rate = z * turn, (moving + 1j * speed * z) * turn
-                now = one.support.at(speed)
-                own = now.force(place, rate)
-                if now.bearing is not None:
-                    own += force_of(now.bearing, (place, rate), speed, angle)
+                own = _by_support(one.support, (place, rate), speed, angle)
                 torque += (place.conjugate() * own).imag
                 force += own
             out += [force.real, force.imag]
         if self.gravity:
-            first = (self.moment @ x + self.eccentricity) * turn
+            first = (_each(self.moment, x) + self.eccentricity) * turn
             torque += (first.conjugate() * self.gravity).imag
-        return np.array([*out, self.angular_momentum(x, v, speed), torque])
+        return np.stack([*out, self.angular_momenta(x, v, speed), torque], axis=1)
 
-    def angular_momentum(self, x: Floats, v: Floats, speed: float) -> float:
-        """Return H, N m s; x, v, speed : as in `of_motion`."""
+    def angular_momenta(self, x: Floats, v: Floats, speed: Floats) -> Floats:
+        """Return H of k motions, (k,), N m s; x, v, speed : as in `of_motions`."""
         if self.swing is None:
-            return np.nan
-        total = self.inertia * speed + self.swing @ v
+            return np.full(len(x), np.nan)
+        total = self.inertia * speed + _each(self.swing, v)
         if self.coriolis is None or self.stiffening is None:
-            return float(total)
-        total += v @ (self.coriolis @ x) + 2 * speed * (self.load @ x)
-        total -= speed * (x @ (self.stiffening @ x))
+            return np.asarray(total)
+        total = total + _both(v, self.coriolis, x) + 2 * speed * _each(self.load, x)
+        total = total - speed * _both(x, self.stiffening, x)
         if self.quartic is not None:
-            total -= 2 * speed**3 * (x @ (self.quartic @ x))
-        return float(total)
+            total = total - 2 * speed**3 * _both(x, self.quartic, x)
+        return np.asarray(total)
+
+
+def _each(row: Any, x: Floats) -> Any:
+    """Return the product of a row (n,) and each of k vectors (k, n), (k,).
+
+    Each product is one of a row and a column, so that its bits do not depend on k.
+    """
+    return (row[None, :] @ x[:, :, None])[:, 0, 0]
+
+
+def _both(x: Floats, matrix: Floats, y: Floats) -> Floats:
+    """Return x^T M y of k pairs of vectors, (k,), each by itself, see `_each`.
+
+    x, matrix, y : (k, n), (n, n), (k, n)
+    """
+    return np.asarray((x[:, None, :] @ (matrix @ y[:, :, None]))[:, 0, 0])
+
+
+def _by_support(
+    support: Support | Bearing,
+    motion: tuple[Complexes, Complexes],
+    speed: Floats,
+    angle: Floats,
+) -> Complexes:
+    """Return the force of a support in k motions, (k,), N, static frame.
+
+    motion : Z, Z' of the rotor there, (k,), m, m/s, static frame
+    speed, angle : (k,), Omega, rad/s; rad, by which the rotor has turned
+    """
+    first: Any = support.at(float(speed[0]))
+    if first.film == 0.0 and first.bearing is None and (speed == speed[0]).all():
+        return np.asarray(first.force(*motion))
+    out = []
+    for place, rate, omega, turned in zip(*motion, speed, angle, strict=True):
+        now, here = support.at(float(omega)), (complex(place), complex(rate))
+        own = now.force(*here)
+        if now.bearing is not None:
+            own += force_of(now.bearing, here, float(omega), float(turned))
+        out.append(own)
+    return np.array(out, dtype=complex)
 
 
 def force_of(

@@ -431,6 +431,22 @@ def write_sample(
         judge_sample(counter, ledger, tips, len(impulse), energies, lost, tracks)
 
 
+@part
+def keep_state(first, second, counter, ledger, every, states):
+    """Copy the rotor's part of a state to its row of those kept, see `Tracks.states`.
+
+    first, second : the arrays of the rotor's part, one after the other
+    counter, ledger, every : of the state; steps between two kept states
+    states : out
+    """
+    row, size = states[counter[STEP] // every % len(states)], len(first)
+    for i in range(size):
+        row[i] = first[i]
+    for i in range(len(second)):
+        row[size + i] = second[i]
+    row[len(row) - 2], row[len(row) - 1] = ledger[IMPULSE], ledger[TANGENTIAL]
+
+
 @inlined
 def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
     """Write the state of a step to the next sample of the stored traces.

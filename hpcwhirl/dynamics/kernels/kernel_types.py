@@ -90,10 +90,14 @@ class Arrays(NamedTuple):
 
 
 class Strides(NamedTuple):
-    """Steps between two samples of the traces, and between two rows of evidence."""
+    """Steps between two samples of the traces, two rows of evidence, two kept states.
+
+    Without kept states the last one is not used.
+    """
 
     traces: int
     evidence: int
+    states: int = 1
 
 
 class Tracks(NamedTuple):
@@ -113,6 +117,9 @@ class Tracks(NamedTuple):
         columns of `oracle.body.note_beside`
     closed : (CLOSED,), J, the ledger at the last row of evidence, see `contact.CLOSED`
     worn : (samples, rods), m, worn depth of each rod of a layer; (0, rods) if not kept
+    states : (rows, width + 2), the rotor's part of the state at the last steps that are
+        multiples of `Strides.states`, of which number i is in row i % rows; with it the
+        impulses IMPULSE and TANGENTIAL of the ledger; (0, ...): not kept
     """
 
     centre: Floats
@@ -127,6 +134,7 @@ class Tracks(NamedTuple):
     evidence: Floats
     closed: Floats
     worn: Floats
+    states: Floats
 
 
 class BodiesState(NamedTuple):

@@ -403,7 +403,7 @@ class EqualWaves(Integrator):
             scene.solver.time_step, friction_with_sign(scene), scene.solver.flies,
         )  # fmt: skip
         slots, _ = widths(model.blades)
-        self.drives = bool(diameters) and law_of(scene) is not None
+        self.drives, self.jumps = bool(diameters) and law_of(scene) is not None, flies
         still = not diameters or self.drives
         self.steady = () if still else circles_of(model, scene, diameters)
         key = model, step, mu.hex()

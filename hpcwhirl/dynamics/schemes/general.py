@@ -63,21 +63,16 @@ class _Spinning(TwoBodies):
             now, rate = (lower @ part for part in missing_at_start(model, scene))
             self.put_on_circle(now, held.steps.increments(now, rate))
 
-    def motion(self, state: BodiesState, steps: int) -> Motion:
-        """Return displacements and velocities of rotor and casing in a given state.
+    def of_rotor(self, q: Floats, d: Floats, time: float) -> tuple[Floats, Floats]:
+        """Return displacements and velocities of the rotor, see `TwoBodies.of_rotor`.
 
         Those of an unbalanced rotor include its orbit without contact.
-
-        steps : number of time steps taken so far
         """
-        now = super().motion(state, steps)
+        x, v = super().of_rotor(q, d, time)
         if self.still is None:
-            return now
-        places, rate = self._steady(steps * self.scene.solver.time_step)
-        return now._replace(
-            rotor=now.rotor + (places - self.still),
-            rotor_velocity=now.rotor_velocity + rate,
-        )
+            return x, v
+        places, rate = self._steady(time)
+        return x + (places - self.still), v + rate
 
     def _steady(self, time: float) -> tuple[Floats, Floats]:
         """Return the motion by unbalance without contact at a time, s, (n,) each.
@@ -178,12 +173,9 @@ class _Driven(TwoBodies):
         own, rise, *_ = after_loss(self.model, by_contact)
         self.steps.carry(self.state, (own, x - own, rise, v), time)
 
-    def motion(self, state: BodiesState, steps: int) -> Motion:
-        """Return displacements and velocities of rotor and casing in a given state.
+    def of_rotor(self, q: Floats, d: Floats, time: float) -> tuple[Floats, Floats]:
+        """Return displacements and velocities of the rotor, see `TwoBodies.of_rotor`.
 
-        The rotor's are those due to contact plus those due to unbalance and changing
-        speed.
+        They are those due to contact plus those due to unbalance and changing speed.
         """
-        whole = self.own.whole
-        now = state._replace(q_b=whole(state.q_b), d_b=whole(state.d_b))
-        return super().motion(now, steps)
+        return super().of_rotor(self.own.whole(q), self.own.whole(d), time)

@@ -66,6 +66,7 @@ class Integrator(ABC):
         `dynamics.bodies.turning`; 0 if the state has the displacement from the circle
     drives : whether the state has a motion without contact, as rotors with terms of
         rotation do whose speed changes; then rows of evidence have it, too
+    jumps : whether the kernel takes many steps at once, within which it keeps no states
     """
 
     kernel: Callable[..., Any]
@@ -73,6 +74,7 @@ class Integrator(ABC):
     of_modes = True
     jitter = (0.0, 0.0)
     drives = False
+    jumps = False
 
     def __init__(self, model: Model, scene: Scene, arrays: Arrays, state: Any) -> None:
         self.model, self.scene, self.arrays, self.state = model, scene, arrays, state
@@ -99,6 +101,31 @@ class Integrator(ABC):
         steps : number of time steps taken so far, from which the angle of the rotor
             follows
         """
+
+    def rotors(self, kept: Floats, steps: Integers) -> tuple[Floats, Floats]:
+        """Return displacements and velocities of the rotor in kept states, (n, ...).
+
+        How many rows are read at once changes no bit.
+
+        kept : (n, width), the rotor's part of n states, see `kernel_types.Tracks`
+        steps : (n,), numbers of steps taken until each
+        """
+        both = [
+            self.motion(self.with_rotor(row), step)[:2]
+            for row, step in zip(kept, steps.tolist(), strict=True)
+        ]
+        x, v = zip(*both, strict=True)
+        return np.array(x), np.array(v)
+
+    def with_rotor(self, row: Floats) -> Any:
+        """Return a state with the rotor's part of a kept one; row : (width,)."""
+        rotor, ring = np.split(row, [len(self.state.rotor)])
+        return self.state._replace(rotor=rotor, ring=ring)
+
+    @property
+    def kept_width(self) -> int:
+        """Number of values of the rotor's part of a state."""
+        return len(self.state.rotor) + len(self.state.ring)
 
     @abstractmethod
     def begin(self, motion: Motion) -> bool:

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.profile import Held
 from hpcwhirl.case.speed import Interval, angle_at, law_of
 from hpcwhirl.case.unbalance import (
@@ -135,14 +135,34 @@ class BothAsWaves(Integrator):
 
         steps : number of time steps taken so far
         """
-        body, steady = self.waves.rotor, self.waves.steady
-        own, turned = state.rotor[self.waves.places()[0]], self.waves.apart[2]
+        q, rate = self._modes_of_rotor(state.rotor[None], np.array([steps]))
+        return q[0], rate[0]
+
+    def _modes_of_rotor(self, rows: Floats, steps: Integers) -> tuple[Floats, Floats]:
+        """Return the rotor's modal amplitudes and velocities, (n, m), in n states.
+
+        rows, steps : (n, 2 half), amplitudes of the waves; (n,), steps taken until each
+        """
+        body, steady, turned = self.waves.rotor, self.waves.steady, self.waves.apart[2]
+        own = np.ascontiguousarray(rows[:, self.waves.places()[0]])  # else other bits
         q, rate = body.motion.read(own)
-        stand, time = self.arrays.rotor.support.stand, steps * body.step
+        stand, angles = self.arrays.rotor.support.stand, self.scene.speed * body.step
         if len(stand.hub):
-            rate = rate + added_by(stand, q, rate, self.scene.speed * time)
-        a = state.rotor[turned] + 1j * state.rotor[self.waves.half + turned]
-        return q + (steady.shapes @ a).real, rate + (steady.rates @ a).real
+            each = zip(q, rate, (angles * steps).tolist(), strict=True)
+            rate = rate + np.array([added_by(stand, *one) for one in each])
+        a = rows[:, turned] + 1j * rows[:, self.waves.half + turned]
+        a = np.ascontiguousarray(a)[..., None]
+        moved = ((part @ a)[..., 0].real for part in (steady.shapes, steady.rates))
+        return q + next(moved), rate + next(moved)
+
+    def rotors(self, kept: Floats, steps: Integers) -> tuple[Floats, Floats]:
+        """Return displacements and velocities of the rotor in kept states, (n, ...).
+
+        kept, steps : as for `Integrator.rotors`
+        """
+        q, rate = self._modes_of_rotor(kept, steps)
+        lift = self.model.shapes[0]
+        return (lift @ q[..., None])[..., 0], (lift @ rate[..., None])[..., 0]
 
     def balance(self, state: CyclicState) -> Balance:
         """Return energies, losses and works in a state, which complete the ledger."""

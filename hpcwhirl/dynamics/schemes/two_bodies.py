@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.profile import Held
 from hpcwhirl.case.speed import Interval
 from hpcwhirl.case.unbalance import steady_start
@@ -180,9 +180,37 @@ class TwoBodies(Integrator):
 
         steps : number of time steps taken so far
         """
-        (b, c), time = self.held, steps * self.scene.solver.time_step
-        rotor = b.read(state.q_b, state.d_b, time)
-        return Motion(*rotor, *c.read(state.q_c, state.d_c, time))
+        time = steps * self.scene.solver.time_step
+        casing = self.held[1].read(state.q_c, state.d_c, time)
+        return Motion(*self.of_rotor(state.q_b, state.d_b, time), *casing)
+
+    def rotors(self, kept: Floats, steps: Integers) -> tuple[Floats, Floats]:
+        """Return displacements and velocities of the rotor in kept states, (n, ...).
+
+        kept, steps : as for `Integrator.rotors`
+        """
+        times = (self.scene.solver.time_step * steps).tolist()
+        each = zip(*np.split(kept, 2, axis=1), times, strict=True)
+        x, v = zip(*(self.of_rotor(*one) for one in each), strict=True)
+        return np.array(x), np.array(v)
+
+    def of_rotor(self, q: Floats, d: Floats, time: float) -> tuple[Floats, Floats]:
+        """Return displacements and velocities of the rotor, (n,) each.
+
+        q, d, time : its coordinates in a state, and their increments; s, of the state
+        """
+        return self.held[0].read(q, d, time)
+
+    def with_rotor(self, row: Floats) -> BodiesState:
+        """Return a state with the rotor's part of a kept one, see `Integrator`."""
+        state: BodiesState = self.state
+        q, d = np.split(row, [len(state.q_b)])
+        return state._replace(q_b=q, d_b=d)
+
+    @property
+    def kept_width(self) -> int:
+        """Number of values of the rotor's part of a state."""
+        return 2 * len(self.state.q_b)
 
     def begin(self, motion: Motion) -> bool:
         """Set the state to a given motion, from which the run starts; return True.

@@ -465,11 +465,11 @@ def ring_turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
     angle : (...,), rad, of each frame from the static one
     """
     out = q.copy()
-    for place in ring_modes(model):
-        one, *other = place.members
-        beside = q[..., other[0]] if other else 0.0
-        turned = np.exp(1j * place.harmonic * np.asarray(angle))
-        value = (q[..., one] - 1j * beside) * turned
-        for member, part in zip(place.members, (value.real, -value.imag), strict=False):
-            out[..., member] = part
+    if model.casing is None:
+        return out
+    at = _ring_places(model.casing, model.blades)
+    value = q[..., at.first] + 0j
+    value[..., at.paired] -= 1j * q[..., at.second]
+    value *= np.exp(1j * at.harmonic * np.asarray(angle)[..., None])
+    out[..., at.first], out[..., at.second] = value.real, -value.imag[..., at.paired]
     return out

@@ -23,6 +23,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     RUNNING,
     STEP,
     STOP,
+    keep_state,
     pulse_of,
     watch,
 )
@@ -97,8 +98,13 @@ def march_points(
             watch(farthest(rows, rotor, limit, state, space), limit, counter)
         keep = counter[STEP] % strides.traces == 0
         judge = counter[STEP] % strides.evidence == 0
-        if keep or judge:
+        states = len(tracks.states) > 0 and counter[STEP] % strides.states == 0
+        if keep or judge or states:
             sample(
                 rows, rotor, wall, mu, step, speed, state, space, keep, judge, tracks
+            )
+        if states:
+            keep_state(
+                state.rotor, state.ring, counter, ledger, strides.states, tracks.states
             )
     conclude(rows, rotor, wall, step, speed, state, space)

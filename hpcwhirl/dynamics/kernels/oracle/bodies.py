@@ -34,6 +34,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     complementarity,
     contact_space,
     gap_at,
+    keep_state,
     note_slip,
     place_on_elements,
     place_on_waves,
@@ -415,5 +416,7 @@ def march_bodies(
                 energies_of(rotor, casing, state, step), loss_b.sum() + loss_c.sum(),
                 keep, judge, tracks,
             )  # fmt: skip
+        if len(tracks.states) > 0 and counter[STEP] % strides.states == 0:
+            keep_state(q_b, d_b, counter, ledger, strides.states, tracks.states)
         if counter[STOP] != RUNNING:
             return
