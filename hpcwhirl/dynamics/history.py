@@ -20,7 +20,7 @@ LEDGER_TERMS = (
     "friction",  # work of friction on the motions of both bodies, J
     "rotation",  # work of the rotation, -lambda Omega dw/dtheta; w with the shape, J;
     # with that of a gap that closes, and in a run-up with rotation "full" that of the
-    # radial motion without contact, lambda r_u'
+    # motion without contact, lambda r_u' + tau r_t', tau r_t' being taken by friction
     "residual",  # energy + damping + impact + wear - pulse - friction - rotation, J
 )
 
@@ -63,12 +63,14 @@ class Rubbing:
     ----------
     heat : J, that friction took by sliding, >= 0: minus its work on the velocities of
         casing and tips relative to each other
+    turned : J, that the rotation gave against friction: heat and the ledger's friction
     impulse : N s, of friction on the casing, along increasing theta
     stuck, reversed : shares of the time in contact, summed over tips, in which a tip
         stuck to the casing, and slid against the rotation
     """
 
     heat: float
+    turned: float
     impulse: float
     stuck: float
     reversed: float

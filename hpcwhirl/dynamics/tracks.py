@@ -240,13 +240,14 @@ def _rubbing(march: Run) -> Rubbing | None:
         return None
     ledger, counts = march.state.ledger, march.counter
     folds, heat = march.lean.model.folds, -float(ledger[contact.HEAT])
-    if isinstance(march.state, CyclicState):  # there HEAT is of the rotation alone
-        heat -= float(
-            ledger[contact.FRICTION] + march.scheme.balance(march.state).friction
-        )
+    turned = float(ledger[contact.TURNED])
+    if isinstance(march.state, CyclicState):  # where slides are not all evaluated
+        taken = ledger[contact.FRICTION] + march.scheme.balance(march.state).friction
+        heat = turned - float(taken)
     met = max(int(counts[contact.MET]), 1)
     return Rubbing(
         heat=folds * heat,
+        turned=folds * turned,
         impulse=folds * float(ledger[contact.TANGENTIAL]),
         stuck=int(counts[contact.STUCK]) / met,
         reversed=int(counts[contact.REVERSED]) / met,

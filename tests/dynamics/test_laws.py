@@ -68,6 +68,25 @@ def test_the_ledger_closes(scenes, name, scheme):
         assert np.all(np.diff(history.lost) >= -1e-12 * abs(history.lost).max())
 
 
+RUBS = [
+    (name, scheme)
+    for name, scheme in dict.fromkeys(
+        row for name, own in ROWS for row in ((name, own), (name, "general"))
+    )
+    if "sticks" in name and scheme != "exact"
+]
+
+
+@pytest.mark.parametrize(("name", "scheme"), RUBS, ids=map(": ".join, RUBS))
+def test_the_rotation_gives_what_friction_heats_and_works(scenes, name, scheme):
+    """Also where the motion without contact moves: friction works on it, too."""
+    _, history = scenes.ended(name, scheme)
+    rubbing, work = history.rubbing, history.ledger["friction"]
+    near = 1e-11 * sum(map(abs, history.ledger.values()))
+    assert rubbing.heat > 0.0
+    assert abs(rubbing.turned - rubbing.heat - work) <= near
+
+
 LOST = {"pulse": 2.4e-3, "plan": "everything"}, 1000  # a pulse during contact; steps
 # `general` has a sum of its own; with rotation at a changing speed the displacements
 # have the motion without contact, too; supports unlike work, a shape is let go at
@@ -272,6 +291,8 @@ def test_a_scheme_agrees_with_the_paper_s(scenes, name, scheme, monkeypatch):
     near = share * sum(abs(v) for v in other.ledger.values()) + one.blur[0]
     for term, value in one.ledger.items():  # by waves, a loss is what works leave
         assert abs(value - other.ledger[term]) <= near, term
+    if one.rubbing:
+        assert abs(one.rubbing.heat - other.rubbing.heat) <= near
 
 
 # contact alone has a layer, or slip; a release is in one step

@@ -30,10 +30,10 @@ PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
 CERTIFICATE, MISS = 5, 6
 SLIP = 7  # m/s, largest tangential velocity of a tip in contact; see `note_slip`
 WEAR = 8  # J, work of wear, part of IMPACT; see `layer`
-# of set-valued friction, see `coulomb`: J, its work on the slides of tips; N s, its
-# impulse along theta
-HEAT, TANGENTIAL = 9, 10
-ENTRIES = 11  # number of entries of the ledger
+# of set-valued friction, see `coulomb`: J, its work on the slides of tips, in the loop
+# `bodies` alone; N s, its impulse along theta; J, what the rotation gives against it
+HEAT, TANGENTIAL, TURNED = 9, 10, 11
+ENTRIES = 12  # number of entries of the ledger
 # number of terms of `Tracks.closed`, J: energy, damping, pulse, impact, friction,
 # rotation, wear
 CLOSED = 7

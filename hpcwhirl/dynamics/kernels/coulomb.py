@@ -38,11 +38,14 @@ import numpy as np
 
 from hpcwhirl.dynamics.kernels.compiled import by_numba, kernel, part, rare
 from hpcwhirl.dynamics.kernels.contact import (
+    FRICTION,
     HEAT,
     MET,
     REVERSED,
+    ROTATION,
     STUCK,
     TANGENTIAL,
+    TURNED,
     contact_space,
 )
 from hpcwhirl.dynamics.kernels.kernel_types import CoulombSpace
@@ -535,20 +538,34 @@ def rub(gaps, size, law, step, index, shape, lam, tau, opened, touch, space):
 
 
 @part
-def book_slides(lam, tau, step, mu, counter, ledger, space):
+def book_aside(work, ledger):
+    """Enter friction's work, J, on the motion without contact.
+
+    Energies are those of the motion that contact causes. What friction takes from the
+    other one, or gives to it, the rotation that keeps it going gives, or takes.
+    """
+    ledger[FRICTION] += work
+    ledger[ROTATION] -= work
+
+
+@part
+def book_slides(lam, tau, step, mu, moves, counter, ledger, space):
     """Enter a step's friction in the account: its heat, its impulse, tips that stick.
 
     The work on the slide, tau (y_n + y_{n-1}) / 2, is negative: heat. y_n is the slide
     of step n, space.after, y_{n-1} that of the step before.
 
     lam, tau : (N,), N, multipliers; friction on the casing
-    step, mu : dt, s; friction with the sign of the speed
-    counter, ledger : of the run; entries HEAT, TANGENTIAL, MET, STUCK, REVERSED grow
+    step, mu, moves : dt, s; friction with the sign of the speed; Omega R dt of this
+        step and of the last, m
+    counter, ledger : of the run; entries HEAT, TURNED, TANGENTIAL, MET, STUCK and
+        REVERSED grow
     """
     for j in range(len(lam)):
         if lam[j] > 0.0:
             slid, back = space.after[j], space.before[j]
             ledger[HEAT] += 0.5 * tau[j] * (slid + back)
+            ledger[TURNED] += 0.5 * tau[j] * (moves[0] + moves[1])
             ledger[TANGENTIAL] += tau[j] * step
             counter[MET] += 1
             sticks = space.state[j] == STICKS
@@ -560,21 +577,20 @@ def book_slides(lam, tau, step, mu, counter, ledger, space):
 def book_rub(mu, push, where, active, speed, step, moves, loose, state, space):
     """Enter a step's friction in the account of the loop `points`, as `book_slides`.
 
-    Its entry HEAT is the work of friction on the motion without contact alone: that on
-    the motion by contact, which the ledger has, is added where heat is read.
+    Heat is what the rotation gives, TURNED, less the work on motions, which the ledger
+    has.
 
     mu, push, where, active : friction of permanent sliding; multipliers, N, of the tips
         where[:active]
     speed, step, moves : Omega, rad/s; dt, s; Omega R dt of this step and of the last, m
     loose : whether friction is that of `rub`, in space.tau; else mu times multipliers
-    space : `kernel_types.CoulombSpace`; `before` has the slides of these tips over both
-        steps by the motion without contact, but Omega R, m
+    space : `kernel_types.CoulombSpace`
     """
     counter, ledger, both = state.counter, state.ledger, moves[0] + moves[1]
     for s in range(active):
         j = where[s]
         tau = space.tau[j] if loose else mu * push[s]
-        ledger[HEAT] += 0.5 * tau * (space.before[j] - both)
+        ledger[TURNED] += 0.5 * tau * both
         ledger[TANGENTIAL] += tau * step
         counter[MET] += push[s] > 0.0
         sticks = loose and space.state[j] == STICKS

@@ -453,14 +453,20 @@ class EqualWaves(Integrator):
     def _slides(self, model: Model, scene: Scene) -> SlotSlides:
         """Return the kernel's arrays of set-valued friction."""
         step, k = scene.solver.time_step, widths(model.blades)[0]
+        aside = aside_of(self.steady, self.diameters, self.at)
+        if self.driven:
+            aside = self.driven.aside()
         if scene.slip == PERMANENT:
-            return no_slides(model.blades, step)
+            return no_slides(model.blades, step, aside)
         flies, mu = scene.solver.flies, friction_with_sign(scene)
-        diameters, swirls = self.diameters, (np.zeros(0), np.zeros(0))
-        waves, aside = self.rotor, aside_of(self.steady, diameters, self.at)
+        diameters, swirls, waves = (
+            self.diameters,
+            (np.zeros(0), np.zeros(0)),
+            self.rotor,
+        )
         if self.driven:
             diameters, swirls = self.driven.diameters, self.driven.swirls()
-            waves, aside = turning(diameters, k, mu, ()), self.driven.aside()
+            waves = turning(diameters, k, mu, ())
         if diameters:
             own = drag_of_diameters(diameters, waves.rows, k)
         else:
@@ -806,7 +812,7 @@ class EqualWaves(Integrator):
         """Write the coefficients of the rotor's waves of an interval."""
         rotor, contacts = self.arrays.rotor, self.arrays.contact
         contacts.column[:] = driven.put_rows()
-        if len(contacts.slides.rows):
+        if len(contacts.slides.rows) or len(contacts.slides.at):
             made = self._slides(self.model, self.scene)
             for name in ("rows", "fixed", "swirl", "swirls", "aside"):
                 getattr(contacts.slides, name)[:] = getattr(made, name)

@@ -273,12 +273,15 @@ class Reads:
         """Return the kernel's coefficients of set-valued friction."""
         points = len(self.out)
         places, shape = np.zeros((points, 0), np.int64), np.zeros((points, 0))
-        step, none = scene.solver.time_step, (np.zeros(0),) * 3
-        if scene.slip == PERMANENT:
-            return PointSlides(NO_SLIDES, step, places, shape, *none, *none[:2])
-        b, c = self.waves.rotor, self.waves.casing
-        steady = self.waves.steady
+        step, none = scene.solver.time_step, np.zeros(0)
+        b, c, steady = self.waves.rotor, self.waves.casing, self.waves.steady
         circled = steady.shapes * (steady.ahead / (1 + steady.ahead))
+        still = 0.0 * self.side @ b.shapes, 0.0 * self.u @ c.shapes
+        both = self.side @ (circled * (1 + 1 / (1 + steady.ahead)))
+        aside = self.waves.spread(np.hstack([*still, both]))[: both.any() * points]
+        if scene.slip == PERMANENT:
+            arrays = (none,) * 4 + tuple(all_aligned([aside.ravel()]))
+            return PointSlides(NO_SLIDES, step, places, shape, *arrays)
         own, past = (
             self.waves.spread(np.hstack([self.side @ x, self.u @ y, self.side @ z]))
             for x, y, z in (
@@ -289,12 +292,9 @@ class Reads:
         drag = self.waves.spread(self.push()[-points:].conj())
         rotor, ring = np.vstack([self.out, self.side]), np.vstack([self.w, self.u])
         law = rotor @ b.give @ rotor.T + ring @ c.give @ ring.T
-        still = 0.0 * self.side @ b.shapes, 0.0 * self.u @ c.shapes
-        both = self.side @ (circled * (1 + 1 / (1 + steady.ahead)))
-        aside = self.waves.spread(np.hstack([*still, both]))
-        flat = own, past, drag, self.ahead()[2][-points:], aside[: both.any() * points]
-        arrays = all_aligned([np.ravel(array) for array in flat])
-        return PointSlides(coulomb_law(scene, law.T), step, places, shape, *arrays)
+        flat = own, past, drag, self.ahead()[2][-points:], aside
+        made = all_aligned([np.ravel(array) for array in flat])
+        return PointSlides(coulomb_law(scene, law.T), step, places, shape, *made)
 
     def rows(self) -> PointRows:
         """Return the kernel's coefficients for unequal sectors, a row a point.

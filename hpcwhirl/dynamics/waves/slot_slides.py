@@ -102,11 +102,15 @@ def drag_of_diameters(diameters: Sequence[Diameter], rows: int, k: int) -> SlotD
 def aside_of(
     steady: Sequence[Circle], diameters: Sequence[Diameter], at: SlotPlaces
 ) -> Aside:
-    """Return the orbits of an unbalanced rotor, which are the last rows of waves."""
+    """Return the orbits of an unbalanced rotor, which are the last rows of waves.
+
+    A circle, which rests in the frame of the blades, is left out.
+    """
     first = max((len(own.ahead) for own in diameters), default=0)
-    rows = [int(at.rotor_at(first + f, 1)) for f in range(len(steady))]
-    z = 1 + np.array([orbit.ahead for orbit in steady], dtype=complex)
-    seen = np.array([diameters[1].along @ orbit.shape for orbit in steady], complex)
+    moving = [f for f, orbit in enumerate(steady) if orbit.ahead != 0.0]
+    rows = [int(at.rotor_at(first + f, 1)) for f in moving]
+    z = 1 + np.array([steady[f].ahead for f in moving], dtype=complex)
+    seen = np.array([diameters[1].along @ steady[f].shape for f in moving], complex)
     index, slides = np.array(rows, dtype=np.int64), np.asarray(seen * (1 - 1 / z))
     return index, 0 * index + 1, slides.astype(complex)
 
@@ -144,12 +148,13 @@ class Further:
     aside: Aside
 
 
-def no_slides(blades: int, step: float) -> SlotSlides:
+def no_slides(blades: int, step: float, aside: Aside) -> SlotSlides:
     """Return the kernel's arrays with permanent sliding."""
+    at, slot, slide = aside
     places, none = np.zeros((blades, 0), np.int64), np.zeros(0)
-    shape, index = np.zeros((blades, 0)), np.zeros(0, np.int64)
     return SlotSlides(
-        NO_SLIDES, step, places, shape, *(none,) * 4, index, index, np.zeros((0, 2))
+        NO_SLIDES, step, places, np.zeros((blades, 0)), *(none,) * 4, at, slot,
+        np.column_stack([slide.real, slide.imag]),
     )  # fmt: skip
 
 
@@ -188,14 +193,10 @@ def slot_slides(
     flat = all_aligned([
         items, np.stack([fixed.real, fixed.imag], axis=1).ravel(), *further.swirls,
     ])  # fmt: skip
-    plain = no_slides(model.blades, scene.solver.time_step)
+    plain = no_slides(model.blades, scene.solver.time_step, further.aside)
     law = coulomb_law(scene, _response(model.blades, response), folds=model.folds)
     rows, fixes, swirl, alone = flat
-    at, slot, slide = further.aside
-    return plain._replace(
-        law=law, rows=rows, fixed=fixes, swirl=swirl, swirls=alone, at=at, slot=slot,
-        aside=np.column_stack([slide.real, slide.imag]),
-    )  # fmt: skip
+    return plain._replace(law=law, rows=rows, fixed=fixes, swirl=swirl, swirls=alone)
 
 
 def _response(blades: int, response: Complexes) -> Floats:

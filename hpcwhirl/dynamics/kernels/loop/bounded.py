@@ -68,6 +68,7 @@ from hpcwhirl.dynamics.kernels.loop.point_slides import (
     book_rest,
     is_loose,
     put_rest,
+    rub_aside,
     slide_points,
 )
 from hpcwhirl.dynamics.kernels.loop.point_verbs import (
@@ -434,6 +435,8 @@ def touch_points(rows, rotor, contact, wall, mu, step, speed, thrust, angle, eve
         active, loose = slide_points(
             rows, contact, mu, speed, moves, free, row, active, state, space
         )
+    if active > 0 and len(contact.slides.aside) > 0:
+        rub_aside(contact.slides, mu, active, loose, state, space)
     if active > 0:
         act_points(
             rows, rotor, contact.slides, mu, step, thrust, angle, active, loose, state,

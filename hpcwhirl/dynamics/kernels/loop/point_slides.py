@@ -13,6 +13,7 @@ from hpcwhirl.dynamics.kernels.contact import FRICTION
 from hpcwhirl.dynamics.kernels.coulomb import (
     CLEAR,
     STICKS,
+    book_aside,
     book_rub,
     choose,
     dragged,
@@ -121,15 +122,23 @@ def slide_points(rows, contact, mu, speed, moves, free, row, active, state, spac
     loose = not slide_on(slides, mu, moves[0], active, state.rotor, space) or active < 0
     if loose:
         active = rub_points(rows, slides, mu, moves, free, row, state, space)
-    for s in range(active):
-        j, aside = solver.where[s], 0.0
-        if len(slides.aside) > 0:
-            modes = len(slides.aside) // len(slides.rush)
-            aside = tip_by_waves(slides.aside, j, state.rotor, modes)
-        space.friction.before[j] = aside
     book_rub(mu, solver.push, solver.where, active, speed, slides.step, moves, loose,
              state, space.friction)  # fmt: skip
     return active, loose
+
+
+@part
+def rub_aside(slides, mu, active, loose, state, space):
+    """Enter the work of a step's friction on the motion without contact.
+
+    loose : whether friction is not that of permanent sliding
+    """
+    push, where, work = space.solver.push, space.solver.where, 0.0
+    modes = len(slides.aside) // len(state.last)
+    for s in range(active):
+        tau = space.friction.tau[where[s]] if loose else mu * push[s]
+        work += tau * tip_by_waves(slides.aside, where[s], state.rotor, modes)
+    book_aside(0.5 * work, state.ledger)
 
 
 @part

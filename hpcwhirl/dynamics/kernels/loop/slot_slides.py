@@ -21,6 +21,7 @@ from hpcwhirl.dynamics.kernels.contact import FRICTION, STEP
 from hpcwhirl.dynamics.kernels.coulomb import (
     CLEAR,
     STICKS,
+    book_aside,
     book_rub,
     choose,
     dragged,
@@ -138,22 +139,22 @@ def keep_aside(slides, q, past):
 
 
 @part
-def aside_at(rows, slides, q, active, space):
-    """Set space.friction.before to what `coulomb.book_rub` needs of it.
+def rub_aside(slides, mu, state, space):
+    """Enter the work of a step's friction on the motion without contact.
 
-    q, active : amplitudes; number of tips in contact
+    space.radial is used as work space.
     """
-    radial, before = space.radial, space.friction.before
-    k = len(radial) // 2
-    if len(slides.at) > 0:
-        for c in range(0, 2 * k, FOUR):
-            store(radial, c, load(space.past, c))
-        add_aside(slides, q, k, radial)
-    for s in range(active):
-        j = space.solver.where[s]
-        before[j] = 0.0
-        if len(slides.at) > 0:
-            before[j] = at_blade(rows.turns, j, k, radial, 0)
+    slid, lam, work = space.radial, state.lam, 0.0
+    k, rubbed = len(slid) // 2, space.rubbed
+    for c in range(0, 2 * k, FOUR):
+        store(slid, c, load(space.past, c))
+    add_aside(slides, state.rotor, k, slid)
+    for c in range(2 * k):
+        work += mu * lam[c] * slid[c]
+    if len(rubbed) > 0 and rubbed[2 * k * NUMBER] == state.counter[STEP]:
+        for c in range(2 * k):
+            work += rubbed[2 * k * PUSH + c] * slid[c]
+    book_aside(0.5 * work, state.ledger)
 
 
 @part
@@ -371,7 +372,6 @@ def slide_slots(rows, rotor, contact, mu, speed, moves, thrust, angle, active, s
     loose = not slide_on(rows, slides, mu, moves[0], active, state, space) or active < 0
     if loose:
         active = rub_slots(rows, rotor, slides, mu, moves, thrust, angle, state, space)
-    aside_at(rows, slides, state.rotor, active, space)
     book_rub(
         mu, solver.push, solver.where, active, speed, slides.step, moves, loose, state,
         space.friction,

@@ -83,6 +83,7 @@ from hpcwhirl.dynamics.kernels.loop.slot_slides import (
     is_loose,
     keep_aside,
     keep_gaps,
+    rub_aside,
     slide_slots,
 )
 from hpcwhirl.dynamics.kernels.loop.slots import (
@@ -389,6 +390,8 @@ def touch_slots(rows, rotor, contact, wall, mu, step, speed, thrust, angle, _eve
         active = slide_slots(
             rows, rotor, contact, mu, speed, moves, thrust, angle, active, state, space
         )  # fmt: skip
+    if active > 0 and len(contact.slides.at) > 0:
+        rub_aside(contact.slides, mu, state, space)
     if active > 0:
         if is_flow(rows) and is_shaped(wall):
             carried = carried_by_shape(
@@ -593,7 +596,7 @@ def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
     })  # fmt: skip
     sizes = *(width,) * 4, (STEPS + 1) * width + 2 * FOUR, 2 * wide, 2 * wide
     spectrum, slip, radial, along, seen, out, again, past = aligned_zeros(
-        *sizes, width * loose
+        *sizes, width * (len(arrays.contact.slides.at) > 0)
     )
     solver = circulant_space(
         blades, wide, arrays.contact.column, state.known, rotor.rows.wave

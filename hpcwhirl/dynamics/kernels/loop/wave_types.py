@@ -201,7 +201,8 @@ class PointSlides(NamedTuple):
     drag : (P, m) flat, change of amplitudes by a unit force along theta on the point
     rush : (P,), m/N, increase of the bound given by `PointsRotor.drift` by it
     aside : (P, m) flat, slides over two steps by orbits of an unbalanced rotor, for
-        unit amplitudes; empty if they rest in the frame of the blades
+        unit amplitudes, with permanent sliding, too; empty if they rest in the frame of
+        the blades
     """
 
     law: Coulomb
@@ -524,7 +525,7 @@ class SlotSlides(NamedTuple):
     swirl, swirls : those of `SlotDrive`, of forces along theta
     at, slot, aside : (n,), (n,), (n, 2): waves of the motion without contact, that of a
         changing speed or an orbit: index of re, slot; re, im of the slide of a step for
-        unit amplitude
+        unit amplitude; with permanent sliding, too
     """
 
     law: Coulomb

@@ -46,6 +46,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.coulomb import (
+    book_aside,
     book_slides,
     choose,
     coulomb_space,
@@ -148,19 +149,22 @@ def farthest(tips):
 
 
 @part
-def book_forces(motion, ledger):
+def book_forces(body, motion, ledger):
     """Enter the work of contact forces on a body in a step, J, in the ledger.
 
     Its entries ROTATION and FRICTION grow by the work of the forces motion.normal and
-    motion.drag on the motion from step n - 1 to n + 1, halved.
+    motion.drag on the motion from step n - 1 to n + 1, halved. Work of friction on the
+    motion without contact is entered by `coulomb.book_aside`.
 
-    motion : `body.Motion`
+    body, motion : `kernel_types.Body`; `body.Motion`
     """
     _, d, _, ahead, _, normal, drag = motion
-    for m in range(len(ahead)):
+    for m in range(body.own):
         mean = 0.5 * (ahead[m] + d[m])
         ledger[ROTATION] += normal[m] * mean
         ledger[FRICTION] += drag[m] * mean
+    for m in range(body.own, len(ahead)):
+        book_aside(0.5 * drag[m] * (ahead[m] + d[m]), ledger)
 
 
 @part
@@ -327,9 +331,8 @@ def march_bodies(
             for j in range(blades):
                 tau[j] = mu * lam[j]
             if loose:
-                moved, moved_before = slides_at(
-                    wall, speed, coulomb.radius, following, step
-                )
+                moves = slides_at(wall, speed, coulomb.radius, following, step)
+                moved, moved_before = moves
                 free_b[:], free_c[:] = b.ahead, c.ahead
                 push_apart(rotor, casing, b, c, lam, tau, own, inward, index, shape)
                 slides_of(
@@ -362,13 +365,13 @@ def march_bodies(
                         rotor, casing, b.ahead, c.ahead, lam, moved, own, inward, index,
                         shape, along_b, along_c, friction.after,
                     )  # fmt: skip
-                book_slides(lam, tau, step, mu, counter, ledger, friction)
+                book_slides(lam, tau, step, mu, moves, counter, ledger, friction)
             else:
                 push_apart(rotor, casing, b, c, lam, tau, own, inward, index, shape)
             if lost >= 0:
                 opened[lost] = NOWHERE
-            book_forces(b, ledger)
-            book_forces(c, ledger)
+            book_forces(rotor, b, ledger)
+            book_forces(casing, c, ledger)
             book_contacts(
                 space.right, space.where, active, closing, touched, counter, ledger,
                 impulse, step,

@@ -329,13 +329,12 @@ def meet(body, motion):
 
     The forces, motion.normal and motion.drag, change motion.ahead of the first
     body.own coordinates. They act neither on those that represent a circle or an
-    ellipse nor on those of the motion without contact: those of these are set to 0.
-    motion.following is used as work space.
+    ellipse nor on those of the motion without contact. motion.following is used as work
+    space.
     """
     _, _, _, ahead, push, normal, drag = motion
-    normal[body.own :] = 0.0
-    drag[body.own :] = 0.0
-    for m in range(len(push)):
+    push[body.own :] = 0.0
+    for m in range(body.own):
         push[m] = normal[m] + drag[m]
     apply_blocks(body.give, body.starts, push, 1.0, ahead)
 
