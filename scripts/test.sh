@@ -69,7 +69,8 @@ with_mark() {  # MARK
 on_mpiio() (
   use_mpiio
   with_mark mpiio
-  python -m pytest --processor=10 -m mpiio "${files[@]}"  # that of part one, with this h5py
+  # those of part one's turn, with this h5py
+  python -m pytest --processor=10 --turn=commit -m "mpiio and not evidence" "${files[@]}"
 )
 
 say "part 1 of 2: the gate and all tests on wheels"
