@@ -112,6 +112,8 @@ def forces_of(
 ) -> list[tuple[complex, complex]]:
     """Return f and b of the force on each support of a line, N; last, on the ground.
 
+    It includes the reaction m Z'' of a support's added mass.
+
     supports, moved : as `shaft_ellipses` returns them; speed : Omega, rad/s
     """
     found, ground = [], np.zeros(2, dtype=np.complex128)
@@ -119,7 +121,7 @@ def forces_of(
         own = one.support.at(speed)
         way = moved[:, one.at] - (0.0 if one.to == GROUND else moved[:, one.to])
         turns = 1j * speed * np.array([1.0, -1.0])
-        force = (own.stiffness + turns * own.damping) * way
+        force = (own.stiffness + turns * (own.damping + turns * one.mass)) * way
         force += (own.stiffness_apart + turns * own.damping_apart) * way[::-1].conj()
         found.append(pair_of(force))
         ground += force if one.to == GROUND else 0.0

@@ -44,11 +44,13 @@ class Held:
     ----------
     at, to : coordinates that it connects, of the n of the line; `to` may be `GROUND`
     support : springs and dampers, static frame
+    mass : kg, added mass, whose inertia the line's own matrices have
     """
 
     at: int
     to: int
     support: Support | Bearing
+    mass: float = 0.0
 
 
 def at_node(node: int, support: Support | Bearing, pedestal: int = GROUND) -> Held:
@@ -61,10 +63,20 @@ def at_node(node: int, support: Support | Bearing, pedestal: int = GROUND) -> He
 
 
 def held_by(line: ShaftLine) -> tuple[Held, ...]:
-    """Return the supports that a shaft line has of itself."""
+    """Return the supports that a shaft line has of itself.
+
+    Of several supports at one place the first has the added mass there.
+    """
+    added = dict[tuple[int, int], float]()
+    for one in line.added:
+        added[one.at, one.to] = added.get((one.at, one.to), 0.0) + one.mass
     return tuple(
-        Held(own.at, own.to, bearing_of(list(own.rows), 0.0)) for own in line.supports
-    )
+        Held(
+            own.at, own.to, bearing_of(list(own.rows), 0.0),
+            added.pop((own.at, own.to), 0.0),
+        )
+        for own in line.supports
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,17 +40,35 @@ BASE = {
 }  # fmt: skip
 FULL = {"rotation": "full"}
 OVAL = {"profile": "harmonic,amplitude,phase;2,2e-5,0"}
-LINE = text_of({
-    "sections": [
-        {"length": 0.2, "outer": 0.12, "inner": 0.05},
-        {"length": 0.5, "outer": 0.1, "outer_end": 0.08},
-    ],
-    "disks": [{"station": 2, "mass": 20.0, "polar": 0.3}],
-    "bearings": [
-        {"station": 0, "kxx": 4e7, "cxx": 5e3, "kxy": 1e6, "kyx": -1e6},
-        {"station": 2, "kxx": 6e7, "cxx": 8e3},
-    ],
-}, "the shaft")  # fmt: skip
+HELD = {
+    0: {"kxx": 4e7, "cxx": 5e3, "kxy": 1e6, "kyx": -1e6}, 2: {"kxx": 6e7, "cxx": 8e3},
+}  # fmt: skip
+ON_SHAFT: dict[str, dict[int, Any]] = {  # bearings by station, in place of `HELD`
+    "shaft": {},
+    "journal": {0: {"journal_viscosity": 0.02, "journal_length": 0.06,
+                    "journal_radius": 0.06, "journal_clearance": 3e-4}},
+    "rolling": {2: {"rolling_stiffness": 1e10, "rolling_balls": 9,
+                    "rolling_clearance": 1e-5, "cxx": 2e3}},
+    "added mass": {1: {"kxx": 2e5, "cxx": 3e3, "mxx": 12.0}},  # of a seal
+}  # fmt: skip
+
+
+def on_shaft(*names: str) -> dict[str, Any]:
+    """Return the inputs of an engine on a shaft with the bearings of some features."""
+    held = HELD.copy()
+    for name in names:
+        held |= ON_SHAFT[name]
+    text = text_of({
+        "sections": [
+            {"length": 0.2, "outer": 0.12, "inner": 0.05},
+            {"length": 0.5, "outer": 0.1, "outer_end": 0.08},
+        ],
+        "disks": [{"station": 2, "mass": 20.0, "polar": 0.3}],
+        "bearings": [{"station": place, **own} for place, own in sorted(held.items())],
+    }, "the shaft")  # fmt: skip
+    return FULL | {"shaft": text, "shaft_station": 1}
+
+
 FEATURES: dict[str, dict[str, Any]] = {
     "rotation": FULL,
     "unbalance": FULL | {"unbalance": 2e-3},
@@ -65,7 +83,7 @@ FEATURES: dict[str, dict[str, Any]] = {
                     "film_clearance": 1e-3},  # beyond the circle of a lost blade
     "cross-coupling": FULL | {"cross_coupling": 1e5},
     "tilt": FULL | {"shaft": "cantilever"},
-    "shaft": FULL | {"shaft": LINE, "shaft_station": 1},
+    **{name: on_shaft(name) for name in ON_SHAFT},
     "run-up": {"acceleration": 100.0},
     "run-down": {"acceleration": -3000.0, "ramp": "decay", "speed_to": 10.0},
     "gap closes": {"gap_closure": 2e-5, "gap_time": 0.1},
@@ -126,6 +144,8 @@ def row_of(pair: tuple[str, ...], base: float, *, oracle: bool) -> Row:
     given = dict(BASE)
     for name in pair:
         given |= FEATURES[name]
+    if on := [name for name in pair if name in ON_SHAFT]:
+        given |= on_shaft(*on)
     try:
         march, _ = marched(given)
     except WhirlError as refused:

@@ -55,6 +55,8 @@ THEIRS = Path(__file__).with_name("rotors_of_ross.py")
 PINNED = "ross-rotordynamics==2.3.0", "plotly<6"
 MOST = 1e-4  # relative difference where the models are the same
 STIFFER = 1.0, 10.0, 100.0, 1e4  # Young's modulus of blades over steel's
+PLAY, WEIGHT = 1e-4, 9.81  # m, clearance of journals; m/s^2
+RESTS = 0.1, 0.3, 0.5, 0.7  # eps of the journals at the onset of oil whirl
 LOWEST = 6  # free motions compared at each speed
 
 
@@ -192,6 +194,75 @@ def threshold() -> tuple[float, float]:
     return float(brentq(growth, 0.9 * onset, 1.1 * onset)), onset
 
 
+def published_onset(eps: float) -> tuple[float, float]:
+    """Return Omega sqrt(c / g) at the onset of oil whirl, and the whirl over Omega.
+
+    They are those of a rigid rotor on two short journal bearings at rest at eps: the
+    published coefficients K c / W and C c Omega / W, along the load and across it
+    (D. Childs, Turbomachinery Rotordynamics, 1993, ch. 3), and Routh's condition for
+    two coordinates.
+    """
+    two, root = math.pi**2, math.sqrt(1 - eps**2)
+    q = (two * (1 - eps**2) + 16 * eps**2) ** -1.5
+    rest = two + (32 + two) * eps**2 + 2 * (16 - two) * eps**4
+    damped = two + 2 * (two - 8) * eps**2
+    xx = 4 * q * (2 * two + (16 - two) * eps**2)
+    across = two - 2 * two * eps**2 - (16 - two) * eps**4
+    xy = math.pi * q * across / (eps * root)
+    yx, yy = -math.pi * q * rest / (eps * root), 4 * q * rest / (1 - eps**2)
+    cxx, cxy = 2 * math.pi * q * root * damped / eps, -8 * q * damped
+    cyy = 2 * math.pi * q * (two + 2 * (24 - two) * eps**2 + two * eps**4)
+    cyy /= eps * root
+    held = (xx * cyy + yy * cxx - (xy + yx) * cxy) / (cxx + cyy)
+    ratio = ((xx - held) * (yy - held) - xy * yx) / (cxx * cyy - cxy**2)
+    return math.sqrt(held / ratio), math.sqrt(ratio)
+
+
+def in_journals(viscosity: float, speed: float) -> Scene:
+    """Return a nearly rigid rotor, with its weight, on two journal bearings."""
+    journal = {
+        "journal_viscosity": viscosity, "journal_length": 0.03,
+        "journal_radius": 0.05, "journal_clearance": PLAY,
+    }  # fmt: skip
+    line = text_of(
+        {
+            "young": 5e12, "density": 780.0,
+            "sections": [{"length": 0.3, "outer": 0.2, "elements": 1}] * 2,
+            "bearings": [{"station": i, **journal} for i in (0, 2)],
+        },
+        "rotor",
+    )  # fmt: skip
+    own = {
+        "rotation": "full", "blades": 8, "rotor.elements": 1, "modes": 24,
+        "shaft": line, "shaft_station": 1, "shaft_modes": 4, "polar_inertia": 1e-6,
+        "tilt_inertia": 1.6, "rotor.damping": 0.0, "suspension_damping": -1.0,
+        "rotor.young": 1e15, "speed": speed, "harmonics": 4, "gravity": WEIGHT,
+    }  # fmt: skip
+    return apply_settings(Scene(), own)
+
+
+def oil_whirl(eps: float) -> tuple[float, float, float, float]:
+    """Return the onset of oil whirl, rad/s, and the whirl over Omega; published, own.
+
+    The viscosity is that with which the journals rest at eps at the published onset.
+    """
+    from scipy.optimize import brentq
+
+    scaled, ratio = published_onset(eps)
+    onset = scaled * math.sqrt(WEIGHT / PLAY)
+    shape = math.sqrt(16 * eps**2 + math.pi**2 * (1 - eps**2))
+    load = moving_mass(in_journals(0.01, onset)) * WEIGHT / 2
+    film = load * 4 * PLAY**2 * (1 - eps**2) ** 2 / (onset * eps * shape)
+    model = resolve(in_journals(film / (0.05 * 0.03**3), onset)).model
+
+    def fastest(speed: float) -> Any:
+        found = wave_lines(model.rotor, 8, speed)
+        return max((w for w in found if w.nodal_diameter == 1), key=lambda w: w.growth)
+
+    own = float(brentq(lambda v: fastest(v).growth, 0.9 * onset, 1.1 * onset))
+    return onset, ratio, own, abs(fastest(own).static) / own
+
+
 def of_ross(folder: Path, given: dict[str, Any], scratch: str) -> dict[str, Any]:
     """Return what ROSS says of rotors; its environment is made if it is missing.
 
@@ -232,6 +303,7 @@ def page_of(found: dict[str, Any], rows: dict[str, Compared]) -> str:
             f"| {name} | {own:.0f} | {theirs:.0f} | {own / theirs - 1:+.2%} |"
             for name, own, theirs in criticals()
         ),
+        journals="\n".join(map(_onset, RESTS)),
         fan="\n".join(
             f"| {stiffer:g} | {lowest:.4f} | {apart:.1e} |"
             for stiffer in STIFFER
@@ -244,6 +316,12 @@ def _line(name: str, own: Compared) -> str:
     speeds = ", ".join(f"{v:g}" for v in np.round(ROTORS[name]["speeds"], 2))
     lowest = ", ".join(f"{a:.4f}" for a, _ in own.lowest)
     return f"| {name} | {speeds} | {lowest} | {own.roots:.1e} | {own.circles:.1e} |"
+
+
+def _onset(eps: float) -> str:
+    theirs, ratio, own, turns = oil_whirl(eps)
+    found = f"{theirs:.2f} | {own:.2f} | {own / theirs - 1:+.1e}"
+    return f"| {eps:g} | {found} | {ratio:.4f} | {turns:.4f} |"
 
 
 def main() -> int:

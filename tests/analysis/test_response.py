@@ -41,7 +41,7 @@ from hpcwhirl.report.figures.response import draw_response
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.bearing_tables import HEAD
 from hpcwhirl.scene.shaft_tables import text_of
-from hpcwhirl.structure.shaft import NODE, line_matrices, line_of
+from hpcwhirl.structure.shaft import NODE, added_matrix, line_matrices, line_of
 
 SMALL = {
     "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10, "harmonics": 4,
@@ -240,6 +240,9 @@ ENDS = {
                "cxx": 5e3, "cyy": 2e3} for i in (0, 1)],
     "film": [{"station": 0, "kxx": 4e7, "cxx": 2e3},
              {"station": 1, "kxx": 6e7, **OIL}],
+    "added mass": [{"station": 0, "kxx": 4e7, "cxx": 2e3, "mxx": 300.0},
+                   {"station": 1, "kxx": 6e7, "cxx": 2e3, "mxx": 80.0,
+                    "pedestal_mass": 20.0, "pedestal_kxx": 3e8}],
 }  # fmt: skip
 
 
@@ -259,12 +262,13 @@ def test_forces_of_unlike_supports_and_films_carry_what_turns(name, speed):
         scene.engine.rotor, model, found.still, found.of(2).conj() / 2, speed
     )
     moved, own = np.zeros(line.size), line_matrices(line)
-    moved[: NODE * line.nodes : NODE] = 1.0
+    moved[: NODE * line.nodes : NODE] = moved[NODE * line.nodes :] = 1.0
     *_, ground = forces_of(supports, both, speed)
     wheel = moving_mass(scene) - line.mass
     at = disk_of(scene.engine.rotor, line)[0]
     for part, load, force in zip(both, (scene.unbalance, 0.0), ground, strict=True):
-        carried = moved @ own.mass @ part + wheel * part[at] + load
+        turned = (own.mass - added_matrix(line)) @ part  # the fluid pushes the ground
+        carried = moved @ turned + wheel * part[at] + load
         assert force == pytest.approx(speed**2 * carried, rel=2e-3)
     assert (abs(ground[1]) > 0.01 * abs(ground[0])) == (name == "apart")
 
