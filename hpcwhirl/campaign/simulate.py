@@ -49,6 +49,7 @@ from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
 from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
+from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.scene.inputs import OF_FILE
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.units import in_shown, with_unit
@@ -57,6 +58,7 @@ from hpcwhirl.scene.words import (
     BY_PULSE,
     BY_SPEED,
     GROWS,
+    SLIDES_BACK,
     UNDISTURBED,
     is_open,
 )
@@ -437,7 +439,8 @@ def result_of(case: Case, history: History) -> Result:
 def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     """Return remarks for the user on a case, such as why it ended early.
 
-    Others tell of a free motion that grows, of motion beyond the clearance of a squeeze
+    Others tell of a free motion that grows, of tips that may have slid back while
+    friction is that of permanent sliding, of motion beyond the clearance of a squeeze
     film, of its error in time, of bounds of what was left out that the run exceeded,
     and of a profile that the harmonics of the casing do not follow well.
 
@@ -461,6 +464,8 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     if rotor.film_viscosity > 0.0:
         case, peak = resolve(scene), float(row["centre_peak"])
         notes += filter(None, [told_of_film(case.model, case.scene, peak)])
+    if scene.slip == PERMANENT and row["slip_ratio"] >= 1.0:
+        notes.append(SLIDES_BACK.format(row["slip_ratio"]))
     if row["lean_checked"] > 1.0:
         notes += told_beyond(resolve(scene), row)
     notes += filter(None, [told_of_profile(scene), told_of_estimate(row)])

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.cli import options
 from hpcwhirl.cli.command import add_option
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene.contact_laws import PERMANENT
 from hpcwhirl.scene.units import (
     ANGULAR,
     Quantity,
@@ -60,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     """
     from hpcwhirl.analysis.over_speed import crossings
     from hpcwhirl.campaign.plan.design import Design
-    from hpcwhirl.campaign.simulate import course_of
+    from hpcwhirl.campaign.simulate import course_of, notes_on
     from hpcwhirl.case.speed import changes
 
     asked = options.asked_units(args.units)
@@ -83,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     finally:  # files first, then the summary: each even if the other fails
         with showing(asked):
             (options.print_json if args.json else _show)(facts)
-    for note in all_notes(scene, result.row):
+    for note in notes_on(scene, result.row):
         print(note, file=sys.stderr)
     return 1 if result.row["outcome"] == "unstable" else 0
 
@@ -94,23 +93,6 @@ def _check_outputs(args: argparse.Namespace, scene: Scene) -> None:
         raise InputError(msg)
     options.check_writable(args.out, folder=False)
     options.check_writable(args.plot, folder=True)
-
-
-def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return warnings on a case's results, such as that tips may have slid backward.
-
-    row : results of the case by name
-    """
-    from hpcwhirl.campaign.simulate import notes_on
-
-    out = notes_on(scene, row)
-    if row["slip_ratio"] >= 1.0 and scene.slip == PERMANENT:
-        out.append(
-            f"slip_ratio is {row['slip_ratio']:.3g}: a tip in contact may have slid "
-            "back, while friction here always drags against the rotation: slip = "
-            "'set-valued' lets tips stick and slide back"
-        )
-    return out
 
 
 def _write(args: argparse.Namespace, design: Design, result: Result) -> None:

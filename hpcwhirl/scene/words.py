@@ -111,6 +111,11 @@ BY_SPEED = (  # the same, if not the pulse did that
 )
 GROWS = "free motion grows by {:.3g} 1/s, without contact"
 UNDISTURBED = "; nothing has disturbed the rotor from its motion at rest or on a circle"
+SLIDES_BACK = (  # format string for the largest slip over that of rotation
+    "slip_ratio is {:.3g}: a tip in contact may have slid back, while friction here "
+    "always drags against the rotation: slip = 'set-valued' lets tips stick and slide "
+    "back"
+)
 BEYOND_FILM = (  # message for a case that still has a word
     "the centre moved farther than film_clearance, where the housing would stop it"
 )

@@ -7,6 +7,7 @@ import pytest
 from few_modes import Bodies
 from scenes import BASE
 
+from hpcwhirl.campaign.simulate import notes_on
 from hpcwhirl.case import speed as speed_law
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import contact
@@ -177,6 +178,38 @@ def test_a_rod_that_jams_sticks():
     assert abs(tau[0]) <= lam[0]
 
 
+def on_two_feet():
+    """Return the response of a block: unit mass, inertia 1/3, feet 1 beside and below.
+
+    Rows as in `kernel_types.Coulomb.rotor`, the gaps and slides of its two feet.
+    """
+    out = np.array([[0.0, 1.0, -1.0], [0.0, 1.0, 1.0]])
+    along = np.array([[1.0, 0.0, 1.0], [1.0, 0.0, 1.0]])
+    rows = np.vstack([out, -along])
+    return rows @ np.diag([1.0, 1.0, 3.0]) @ rows.T
+
+
+# it slides on both feet; tips; its first foot would be drawn in, and jams (Painleve)
+@pytest.mark.parametrize(
+    ("mu", "pushes", "drags"),
+    [
+        (0.5, (0.075, 0.025), (-0.0375, -0.0125)),
+        (1.2, (0.25, 0.0), (-0.3, 0.0)),
+        (2.0, (6.4 / 7.0, 0.0), (-8.3 / 7.0, 0.0)),
+    ],
+)
+@pytest.mark.parametrize("guess", range(4))
+def test_a_block_slides_on_two_feet_tips_or_jams(mu, pushes, drags, guess):
+    gaps, slides = np.full(2, -0.1), np.full(2, 2.0)
+    law = Coulomb(mu, 0.0, 0.0, 1.0, on_two_feet(), np.zeros((0, 0)))
+    lam, tau, opened = solved(gaps, slides, law, guess)
+    assert lam == pytest.approx(pushes, abs=1e-12)
+    assert tau == pytest.approx(drags, abs=1e-12)
+    slid = (slides + on_two_feet()[2:] @ [*lam, *tau])[0]
+    assert slid == pytest.approx(0.0, abs=1e-12) if mu == 2.0 else slid > 0.0
+    assert opened.min() > -1e-12
+
+
 def marched(**more):
     """Return the history of the tests' small engine with further settings."""
     scene = apply_settings(named_scene("table2"), BASE | {"scheme": "modal"} | more)
@@ -246,3 +279,16 @@ def test_tips_that_stick_follow_the_speed_inside_its_intervals(rotation, monkeyp
     assert usual.rubbing.stuck > 0.1
     assert usual.rubbing.stuck == pytest.approx(fine.rubbing.stuck, rel=2e-3)
     assert usual.rubbing.heat == pytest.approx(fine.rubbing.heat, rel=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("slip", "ratio", "told"),
+    [("permanent", 1.5, 1), ("permanent", 0.9, 0), ("set-valued", 1.5, 0)],
+)
+def test_a_slip_beyond_that_of_rotation_is_a_note_of_permanent_sliding(
+    slip, ratio, told
+):
+    scene = apply_settings(named_scene("table2"), {"scheme": "modal", "slip": slip})
+    row = {"outcome": "completed", "free_growth": 0.0, "lean_checked": 0.0}
+    notes = notes_on(scene, row | {"slip_ratio": ratio})
+    assert sum("slip = 'set-valued'" in note for note in notes) == len(notes) == told
