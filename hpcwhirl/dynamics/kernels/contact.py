@@ -433,7 +433,7 @@ def write_sample(
 
 @part
 def keep_state(first, second, counter, ledger, every, states):
-    """Copy the rotor's part of a state to its row of those kept, see `Tracks.states`.
+    """Copy the rotor's part of a state to its row of those kept, see `Tracks`.
 
     first, second : the arrays of the rotor's part, one after the other
     counter, ledger, every : of the state; steps between two kept states

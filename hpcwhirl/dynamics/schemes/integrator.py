@@ -107,7 +107,7 @@ class Integrator(ABC):
 
         How many rows are read at once changes no bit.
 
-        kept : (n, width), the rotor's part of n states, see `kernel_types.Tracks`
+        kept : (n, width), the rotor's part of n states, see `tracks`
         steps : (n,), numbers of steps taken until each
         """
         both = [
