@@ -464,7 +464,8 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     if rotor.film_viscosity > 0.0:
         case, peak = resolve(scene), float(row["centre_peak"])
         notes += filter(None, [told_of_film(case.model, case.scene, peak)])
-    if scene.slip == PERMANENT and row["slip_ratio"] >= 1.0:
+    slides_on = scene.slip != PERMANENT or not row["slip_ratio"] >= 1.0
+    if row["outcome"] != "overloaded" and not slides_on:
         notes.append(SLIDES_BACK.format(row["slip_ratio"]))
     if row["lean_checked"] > 1.0:
         notes += told_beyond(resolve(scene), row)
