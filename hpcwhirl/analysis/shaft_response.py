@@ -20,7 +20,14 @@ from hpcwhirl.reduction.shaft_whirl import Held, held_by, whirl_matrices
 from hpcwhirl.reduction.supports import LoadedBearing, Support, film_shares
 from hpcwhirl.scene import Rotor
 from hpcwhirl.scene.shaft_tables import WORDS
-from hpcwhirl.structure.shaft import GROUND, NODE, ShaftLine, line_of
+from hpcwhirl.structure.shaft import (
+    GROUND,
+    INNER,
+    NODE,
+    WHOLE,
+    ShaftLine,
+    line_of,
+)
 
 
 def line_of_rotor(rotor: Rotor) -> ShaftLine | None:
@@ -112,17 +119,25 @@ def forces_of(
 ) -> list[tuple[complex, complex]]:
     """Return f and b of the force on each support of a line, N; last, on the ground.
 
-    It includes the reaction m Z'' of a support's added mass.
+    It includes the reaction m Z'' of a support's added mass. The branches of a support
+    over the whirl's frequency are parts of its force.
 
     supports, moved : as `shaft_ellipses` returns them; speed : Omega, rad/s
     """
-    found, ground = [], np.zeros(2, dtype=np.complex128)
+    found: list[Complexes] = []
+    ground = np.zeros(2, dtype=np.complex128)
     for one in supports:
+        if one.part == INNER:
+            continue
         own = one.support.at(speed)
         way = moved[:, one.at] - (0.0 if one.to == GROUND else moved[:, one.to])
         turns = 1j * speed * np.array([1.0, -1.0])
         force = (own.stiffness + turns * (own.damping + turns * one.mass)) * way
         force += (own.stiffness_apart + turns * own.damping_apart) * way[::-1].conj()
-        found.append(pair_of(force))
-        ground += force if one.to == GROUND else 0.0
-    return [*found, pair_of(ground)]
+        if one.part == WHOLE:
+            found.append(force)
+        else:
+            found[one.part] = found[one.part] + force
+        whole = one if one.part == WHOLE else supports[one.part]
+        ground += force if whole.to == GROUND else 0.0
+    return [*map(pair_of, found), pair_of(ground)]

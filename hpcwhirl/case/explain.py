@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any, TypedDict
 
 import numpy as np
@@ -15,6 +16,8 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, has_families
 from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.units import ANGULAR, in_shown
+from hpcwhirl.structure.shaft import line_of, name_of
 
 
 class Note(TypedDict):
@@ -181,8 +184,31 @@ def facts_of_plan(case: Case) -> dict[str, object]:
         "settling_time": plan.settling,
         "truncation_error": truncation_error(scene) if has_families(scene) else None,
         "left_out": notes_of(case),
+        "fits": facts_of_fits(case.given),
         "bounds": facts_of_bounds(case),
     }
+
+
+def facts_of_fits(scene: Scene) -> list[dict[str, object]]:
+    """Return facts on each bearing over the whirl's frequency, with a sentence `told`.
+
+    They are those of `structure.shaft.OverWhirl`.
+    """
+    rotor = scene.engine.rotor
+    if not rotor.has_line:
+        return []
+    line, out = line_of(rotor.shaft), list[dict[str, object]]()
+    for fit in line.over_whirl:
+        name = name_of(line, line.supports[fit.support])
+        low, high = (in_shown(x, ANGULAR) for x in (fit.low, fit.high))
+        told = (
+            f"{name}: coefficients over the whirl's frequency, {low} to {high}, by "
+            f"branches of springs, dampers and masses ({fit.branches}): wrong by "
+            f"{fit.error:.2g} of the dynamic stiffness at most, and beside a monotone "
+            f"cubic between the table's rows by {fit.between:.2g}"
+        )
+        out.append({"name": name} | asdict(fit) | {"told": told})
+    return out
 
 
 def facts_of_file(rotor: ModalModel) -> dict[str, object]:

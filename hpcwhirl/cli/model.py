@@ -37,6 +37,7 @@ from hpcwhirl.structure import blade_stiffness
 MOST_ORDERS = 10_000  # largest number of super-harmonics
 SHOWN_HZ = 300.0  # highest frequency printed by default
 SHOWN_SPEED = 600.0  # rad/s, highest critical speed printed, except for the pulse's k
+OVERDAMPED = 0.7  # damping ratio above which a wave is no oscillation to speak of
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -142,9 +143,35 @@ def _explain(facts: dict[str, Any], scene: Scene) -> None:
     print(told_of(facts["integration"]))
     options.print_notes(facts["plan"]["left_out"])
     options.print_bounds(facts["plan"]["bounds"])
+    for fit in facts["plan"]["fits"]:
+        print(fit["told"])
+        if told := _outside(fit, facts["lines"]):
+            print(told)
     _show_rotations(facts["rotations"], scene)
     if facts["rotation"]["auto"] is not None:
         print(facts["rotation"]["auto"]["told"])
+
+
+def _outside(fit: dict[str, Any], lines: list[dict[str, Any]]) -> str:
+    """Return a sentence on waves beyond the range of a table over their frequency.
+
+    fit, lines : see `case.explain.facts_of_fits`; waves of the rotor
+    """
+    own = [
+        line
+        for line in lines
+        if line["nodal_diameter"] == 1 and line["damping_ratio"] < OVERDAMPED
+    ]
+    own.sort(key=lambda line: abs(line["static"]))
+    slow = [line for line in own if abs(line["static"]) < fit["low"]][-1:]
+    fast = [line for line in own if abs(line["static"]) > fit["high"]][:1]
+    ends = [
+        f"{side} {line['family']} with {in_shown(abs(line['static']), ANGULAR, 4)}"
+        for side, found in (("below", slow), ("above", fast))
+        for line in found
+    ]
+    told = f"{fit['name']}: beyond its table the fit is not judged; the nearest waves"
+    return f"{told} of k = 1 there are {', '.join(ends)}, static frame" if ends else ""
 
 
 def _show_plan(plan: dict[str, Any]) -> None:

@@ -389,7 +389,7 @@ class March:
         They are those of `ShaftLoads.of_motions`, and the impulse of contact, on which
         the torque of friction depends, N s. It is empty if they are not asked for.
         """
-        width = len(self.shaft.forces) * 2 + MORE if self.case.reads_loads else 0
+        width = len(self.shaft.names) * 2 + MORE if self.case.reads_loads else 0
         return np.zeros((self.total // self.every + 1 if width else 0, width))
 
     @property

@@ -26,6 +26,7 @@ from hpcwhirl.reduction.supports import Bearing, Support, bearing_of
 from hpcwhirl.structure.shaft import (
     GROUND,
     NODE,
+    WHOLE,
     ShaftLine,
     line_matrices,
     row_between,
@@ -45,12 +46,14 @@ class Held:
     at, to : coordinates that it connects, of the n of the line; `to` may be `GROUND`
     support : springs and dampers, static frame
     mass : kg, added mass, whose inertia the line's own matrices have
+    part : as of `structure.shaft.LineSupport`
     """
 
     at: int
     to: int
     support: Support | Bearing
     mass: float = 0.0
+    part: int = WHOLE
 
 
 def at_node(node: int, support: Support | Bearing, pedestal: int = GROUND) -> Held:
@@ -73,7 +76,7 @@ def held_by(line: ShaftLine) -> tuple[Held, ...]:
     return tuple(
         Held(
             own.at, own.to, bearing_of(list(own.rows), 0.0),
-            added.pop((own.at, own.to), 0.0),
+            added.pop((own.at, own.to), 0.0), own.part,
         )
         for own in line.supports
     )  # fmt: skip

@@ -10,8 +10,10 @@ shaft line only, and the same at all speeds. Any other column must be zero: what
 is not modelled. Without a speed a table has one row, which holds at all speeds.
 
 ROSS 3 calls the speed `speed`, and saves how it interpolates, which must be as here.
-Coefficients that depend on the frequency of the motion, as those of magnetic bearings,
-have two axes, speed and frequency, in ROSS 3; they are refused.
+Coefficients over the frequency of the motion, as those of seals and magnetic bearings,
+have the axis `whirl_frequency` here and `frequency` in ROSS 3, whose elements are known
+by their keys; they are read of bearings of a shaft line only. Tables over speed and
+frequency at once are refused.
 """
 
 from __future__ import annotations
@@ -41,6 +43,7 @@ from hpcwhirl.scene.units import in_si
 
 AXIS = "frequency"  # name of the speed in the text that a scene stores
 AXES = "speed", AXIS, "w"
+OF_WHIRL = "whirl_frequency"
 COEFFICIENTS = "kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"
 HEAD = ",".join((AXIS, *COEFFICIENTS))
 USUAL = {"kyy": "kxx", "cyy": "cxx"}  # default of a bearing's missing column
@@ -51,7 +54,11 @@ SKIPPED = {
 BETWEEN = "interpolation", "pchip"  # key of ROSS 3, and its value as here
 UNITS = {"k": "N/m", "c": "N s/m"}
 OVER_WHIRL = "magnetic", "squeezefilm"  # in names of elements with such coefficients
-WHIRL = "coefficients over the frequency of the whirl are not modelled, only over speed"
+OF_ROSS_3 = "interpolation", "radial_clearance"  # keys of an element of ROSS 3
+WHIRL = (
+    "coefficients over the frequency of the whirl are modelled of bearings of a shaft "
+    "only, engine.shaft, and not over speed besides"
+)
 ELEMENTS: dict[str, Callable[[str], Any]] = {
     ".toml": tomllib.loads,
     ".json": json.loads,
@@ -89,9 +96,44 @@ def is_table(text: str) -> bool:
     return "\n" in text or ";" in text
 
 
-def rows_of(own: Mapping[str, Any]) -> Rows:
-    """Return (speed, kxx, ..., cyy) of each row of one element, given as a table."""
-    return _rows(_columns({key: v for key, v in own.items() if v is not None}))
+def rows_of(own: Mapping[str, Any]) -> tuple[Rows, bool]:
+    """Return (speed, kxx, ..., cyy) of each row of one element, given as a table.
+
+    Returns also whether the table is over the whirl's frequency, in place of the speed.
+    """
+    columns = _columns({key: v for key, v in own.items() if v is not None})
+    over = OF_WHIRL in columns
+    rows = _rows(columns, (*AXES, OF_WHIRL))
+    told = f"its {OF_WHIRL if over else 'speed'} must be >= 0 rad/s and ascend"
+    must(rows and rows[0][0] >= 0.0 and ascends(rows), told)
+    return rows, over
+
+
+def as_ross_3(own: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an element of ROSS 3, whose `frequency` is that of the whirl.
+
+    With a speed, too, its table has two axes, and is refused when it is read.
+    """
+    return {OF_WHIRL if key == AXIS else key: value for key, value in own.items()}
+
+
+def listed(name: str) -> dict[str, Any]:
+    """Return the columns of a bearing's table in a file, {name: values in SI}.
+
+    name : as of `bearing_table`
+    """
+    found = _columns_in(name)
+    return {key: column.numbers(unit) if (unit := _unit_of(key)) else
+            list(column.cells.values()) for key, column in found.items()}  # fmt: skip
+
+
+def _unit_of(name: str) -> str:
+    """Return the SI unit of a column; "": it has none."""
+    if name in (*AXES, OF_WHIRL):
+        return "rad/s"
+    if name in MASSES:
+        return "kg"
+    return UNITS[name[0]] if name in COEFFICIENTS else ""
 
 
 def added_mass(own: Mapping[str, Any]) -> tuple[float, float] | None:
@@ -126,18 +168,22 @@ def _constant(name: str, value: Any) -> float:
     return float(number)
 
 
-def _rows(columns: Mapping[str, Column]) -> Rows:
-    """Return (speed, kxx, ..., cyy), rad/s, N/m, N s/m, of each row of a table."""
-    axes = [name for name in AXES if name in columns]
-    must(len(axes) < 2, f"it has {' and '.join(axes)}: {WHIRL}")
+def _rows(columns: Mapping[str, Column], known_axes: tuple[str, ...] = AXES) -> Rows:
+    """Return (speed, kxx, ..., cyy), rad/s, N/m, N s/m, of each row of a table.
+
+    known_axes : names that the column of the speed may have
+    """
+    axes = [name for name in (*AXES, OF_WHIRL) if name in columns]
+    is_known = len(axes) < 2 and all(name in known_axes for name in axes)
+    must(is_known, f"it has {' and '.join(axes)}: {WHIRL}")
     missing = ", ".join(name for name in ("kxx", "cxx") if name not in columns)
     must(not missing, f"it must have the columns {missing}, got {_names(columns)}")
     key, usual = BETWEEN
     for cell in columns[key].cells.values() if key in columns else ():
         told = f"{key} = {shown(cell)} is not modelled, only {usual}"
         must(cell == usual or len(columns["kxx"].cells) < 3, told)
-    known = {*AXES, *COEFFICIENTS, *SKIPPED}
-    refuse_unknown(columns, known.__contains__, (*AXES, *COEFFICIENTS), _why)
+    known = {*known_axes, *COEFFICIENTS, *SKIPPED}
+    refuse_unknown(columns, known.__contains__, (*known_axes, *COEFFICIENTS), _why)
     length = len(columns["kxx"].cells)
     if not axes:
         told = f"it must have the column speed, or one row, got {_names(columns)}"
@@ -213,6 +259,8 @@ def _of_elements(content: Any, tag: str) -> dict[str, Column]:
     must(len(found) == 1, f"it must have one table with kxx, got {len(found)}{more}")
     (path, own) = found[0]
     kind = "".join(path).replace("_", "").lower()
+    if any(own.get(key) is not None for key in OF_ROSS_3):
+        return _columns(as_ross_3(own))
     must(not any(word in kind for word in OVER_WHIRL), f"{'.'.join(path)}: {WHIRL}")
     return _columns(own)
 

@@ -37,7 +37,16 @@ from hpcwhirl.scene.plain_data import (
     scene_from,
 )
 from hpcwhirl.scene.quantities import INPUTS
-from hpcwhirl.scene.shaft_tables import KEPT, SUFFIXES, UNEQUAL, parsed, text_of
+from hpcwhirl.scene.shaft_tables import (
+    KEPT,
+    SUFFIXES,
+    TOLERANCE,
+    UNEQUAL,
+    parsed,
+    text_of,
+    tolerance_of,
+    with_tables,
+)
 from hpcwhirl.scene.swept import KEYS
 from hpcwhirl.scene.table_files import utf_8
 from hpcwhirl.scene.table_model import anchored
@@ -201,16 +210,18 @@ def _shaft_line(
             own[f"shaft_{name}"] = shaft[name]
     rest = {k: v for k, v in shaft.items() if k not in {"station", "modes"}}
     unequal, file = rest.pop("unequal", KEPT), rest.pop("file", None)
+    tolerance = tolerance_of(rest.pop("whirl_tolerance", TOLERANCE))
     if unequal not in UNEQUAL:
         told = f"unequal must be one of {', '.join(UNEQUAL)}, got {shown(unequal)}"
         raise ValueError(told)
     if file is None:
-        return text_of(rest, "[engine.shaft]", unequal)
+        rest = with_tables(rest, lambda name: _anchored(name, folder))
+        return text_of(rest, "[engine.shaft]", unequal, tolerance)
     if rest or not isinstance(file, str):
-        told = "with a file has only station, modes and unequal, got "
+        told = "with a file has only station, modes, unequal, whirl_tolerance, got "
         raise ValueError(f"{told}{', '.join(rest) or shown(file)}")
     path = Path(_anchored(file, folder))
-    return text_of(parsed(path), path.name, unequal)
+    return text_of(parsed(path), path.name, unequal, tolerance)
 
 
 def _anchored(file: str, folder: Path | str) -> str:

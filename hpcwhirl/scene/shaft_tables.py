@@ -29,20 +29,24 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import nearest, shown
 from hpcwhirl.scene.bearing_tables import (
     MASSES,
+    OF_WHIRL,
     OVER_WHIRL,
     WHIRL,
     added_mass,
+    as_ross_3,
+    listed,
     rows_of,
 )
 from hpcwhirl.scene.kept_tables import must, read
 from hpcwhirl.scene.units import in_si
+from hpcwhirl.scene.whirl_fit import Branch, fitted
 
 SUFFIXES = ".toml", ".json"
 WORDS = "springs", "cantilever", "two bearings"
@@ -80,6 +84,9 @@ IDLE = {
 }  # fmt: skip
 SKIPPED = {"ross_version", "parameters", "_note"}
 SKIPPED_OF_BEARING = {"tag", "color", "scale_factor", "seal_leakage"}
+OF_FIT = "low", "high", "error", "between"  # numbers in the stored text
+TOLERANCE = 0.01  # usual largest error of a fit over the whirl's frequency
+OVER = "over whirl"  # kind of a support that is to be fitted
 
 
 def shaft_text(value: str) -> str:
@@ -139,6 +146,16 @@ def _check_form(line: Mapping[str, Any]) -> None:
         inside = node in range(-1, last + 1) and foot in range(-1, feet)
         must(inside and max(node, foot) >= 0, "an added mass is wrong")
         must(0.0 < mass < math.inf, "an added mass is wrong")
+    for number, *four, branches in line.get("over_whirl", ()):
+        inside = number in range(len(line["supports"])) and len(four) == len(OF_FIT)
+        must(inside and all(0.0 <= x < math.inf for x in four), "a fit is wrong")
+        must(all(map(_is_branch, branches)), "a branch of a fit is wrong")
+
+
+def _is_branch(numbers: Any) -> bool:
+    """Return whether numbers are those of a `whirl_fit.Branch`."""
+    are_finite = all(math.isfinite(x) for x in numbers)
+    return len(numbers) == len(Branch._fields) and are_finite and min(numbers[:3]) > 0.0
 
 
 def _is_film(numbers: Any) -> bool:
@@ -161,24 +178,40 @@ def parsed(path: Path) -> Mapping[str, Any]:
     return found
 
 
-def text_of(given: Mapping[str, Any], name: str, unequal: str = KEPT) -> str:
+def text_of(
+    given: Mapping[str, Any],
+    name: str,
+    unequal: str = KEPT,
+    tolerance: float = TOLERANCE,
+) -> str:
     """Return the text that a scene stores of a shaft line.
 
     given, name : parsed table of a user or of ROSS; its name in messages
     unequal : what becomes of bearings that differ by direction, one of `UNEQUAL`
+    tolerance : largest error of a fit over the whirl's frequency
     """
     try:
         line = _of_ross(given) if _is_of_ross(given) else _of_table(given)
         _check(line)
         if unequal == MEAN:
             line["supports"] = _mean(line["supports"])
-        if added := [_alike(one, unequal) for one in line.pop("added")]:
-            line["added"] = added
+        added = [_alike(one, unequal) for one in line.pop("added")]
+        fits = _fits(line["supports"], added, unequal, tolerance)
+        line |= {key: own for key, own in (("added", added), ("over_whirl", fits))
+                 if own}  # fmt: skip
     except ValueError as failed:
         raise ValueError(f"{name}: {failed}") from None
     except (KeyError, TypeError) as failed:
         raise ValueError(f"{name}: an element lacks or has a wrong {failed}") from None
     return json.dumps(line, separators=(",", ":"))
+
+
+def tolerance_of(value: Any) -> float:
+    """Return the largest error of a fit, > 0 and < 1; ValueError for another value."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    is_fit = is_number and 0.0 < value < 1.0
+    must(is_fit, f"whirl_tolerance must be > 0 and < 1, got {shown(value)}")
+    return float(value)
 
 
 def _is_of_ross(given: Mapping[str, Any]) -> bool:
@@ -206,7 +239,7 @@ def _of_table(given: Mapping[str, Any]) -> dict[str, Any]:
         where, own = f"bearing {i}", dict(one)
         mass = _added(own, where)
         supports += (found := _bearing(own, where, stations, pedestals))
-        added += [[where, *found[0][:2], *mass]] if mass else []
+        added += _placed(found[0], where, mass)
     damping = {
         key: _number(given, key, unit, "the shaft")
         for key, unit in (("viscous", "s"), ("loss", "1"))
@@ -272,7 +305,7 @@ def _bearing(
     place = [node, len(pedestals) if foot else -1]
     usual = {"cxx": 0.0} | ({"kxx": 0.0} if film or nonlinear else {})
     is_alone = bool(nonlinear) and not film and not one
-    own = [] if is_alone else [[*place, _rows(usual | one, where)]]
+    own = [] if is_alone else [[*place, *_rows(usual | one, where)]]
     nonlinear += [_film(film, where)] if film else []
     own += [[*place, [[0.0] * OF_ROW], numbers] for numbers in nonlinear]
     if not foot:
@@ -297,6 +330,49 @@ def _added(own: dict[str, Any], where: str) -> tuple[float, float] | None:
         return added_mass(given)
     except ValueError as failed:
         raise ValueError(f"{where}: {failed}") from None
+
+
+def _placed(
+    support: list[Any], where: str, mass: tuple[float, float] | None
+) -> list[list[Any]]:
+    """Return an added mass of a support as a list of at most one, see `_alike`.
+
+    Over the whirl's frequency it becomes part of the table to be fitted, in place.
+    """
+    if support[-1][0] == OVER:
+        support[-1][-1] = mass
+        return []
+    return [[where, *support[:2], *mass]] if mass else []
+
+
+def with_tables(
+    given: Mapping[str, Any], anchored: Callable[[str], str]
+) -> dict[str, Any]:
+    """Return the table of a shaft with the columns of each bearing's file.
+
+    given : table of a user, whose bearings may have a key table = "seal.csv"
+    anchored : function from a file's name to its path
+
+    Raises
+    ------
+    ValueError
+        if a file cannot be read, or has a key of the bearing besides
+    """
+    bearings = []
+    for i, one in enumerate(_tables(given, "bearings"), 1):
+        own, name = dict(one), one.get("table")
+        if name is not None:
+            del own["table"]
+            must(isinstance(name, str), f"bearing {i}: table must name a file")
+            try:
+                found = listed(anchored(name))
+            except ValueError as failed:
+                raise ValueError(f"bearing {i}: {name}: {failed}") from None
+            twice = ", ".join(key for key in found if key in own)
+            must(not twice, f"bearing {i}: {twice} must not be given besides table")
+            own |= found
+        bearings.append(own)
+    return {**given, "bearings": bearings} if bearings else dict(given)
 
 
 def _film(given: Mapping[str, Any], where: str) -> list[float]:
@@ -343,8 +419,9 @@ def _positive(
     return numbers
 
 
-def _rows(one: Mapping[str, Any], where: str) -> list[list[float]]:
-    units = {"k": "N/m", "c": "N s/m", "s": "rad/s"}
+def _rows(one: Mapping[str, Any], where: str) -> list[Any]:
+    """Return the rows of a bearing; and `OVER`, if over the whirl's frequency."""
+    units = {"k": "N/m", "c": "N s/m", "s": "rad/s", "w": "rad/s"}
     try:
         plain = {
             key: in_si(value, units[key[0]])
@@ -353,11 +430,10 @@ def _rows(one: Mapping[str, Any], where: str) -> list[list[float]]:
             for key, value in one.items()
             if key not in SKIPPED_OF_BEARING
         }
-        rows = [list(row) for row in rows_of(plain)]
-        must(rows, "it must have one row at least")
+        rows, over = rows_of(plain)
     except ValueError as failed:
         raise ValueError(f"{where}: {failed}") from None
-    return rows
+    return [list(map(list, rows)), *([[OVER, where, None]] if over else [])]
 
 
 def _node(one: Mapping[str, Any], where: str, stations: list[int]) -> int:
@@ -415,12 +491,13 @@ def _of_ross(given: Mapping[str, Any]) -> dict[str, Any]:
     masses = {int(t["n"]): _point_mass(tag, t) for tag, t in found["PointMass"]}
     disks += [[n, masses[n], 0.0, 0.0] for n in sorted(masses) if n < nodes]
     feet = sorted(n for n in masses if n >= nodes)
-    supports, added = [], []
+    supports, added = list[list[Any]](), list[list[Any]]()
+    is_new = int(str(given.get("ross_version", "0")).partition(".")[0] or 0) >= 3
     for tag, table in (*found["BearingElement"], *found["SealElement"]):
-        own = dict(table)
+        own = as_ross_3(table) if is_new else dict(table)
         mass = _added(own, shown(tag))
         supports.append(_ross_support(tag, own, nodes, feet))
-        added += [[shown(tag), *supports[-1][:2], *mass]] if mass else []
+        added += _placed(supports[-1], shown(tag), mass)
     return {
         "tubes": tubes, "disks": disks, "pedestals": [masses[n] for n in feet],
         "supports": supports, "stations": list(range(nodes)), "viscous": 0.0,
@@ -473,7 +550,8 @@ def _ross_support(
     tag: str, table: Mapping[str, Any], nodes: int, feet: list[int]
 ) -> list[Any]:
     kind = tag.replace("_", "").lower()
-    must(not any(word in kind for word in OVER_WHIRL), f"{shown(tag)}: {WHIRL}")
+    is_clear = table.get(OF_WHIRL) or not any(word in kind for word in OVER_WHIRL)
+    must(is_clear, f"{shown(tag)}: {WHIRL}")
     node, link = int(table["n"]), table.get("n_link")
     ends = []
     for end in (node, link):
@@ -490,10 +568,35 @@ def _ross_support(
     told = f"{shown(tag)} connects two nodes of the shaft, which is not modelled"
     must(other < 0, told)
     must(foot < 0 or base < 0, f"{shown(tag)} connects two pedestals: not modelled")
-    return [node, base if node >= 0 else foot, rows]
+    return [node, base if node >= 0 else foot, *rows]
 
 
 # ---- both ----
+
+
+def _fits(
+    supports: list[list[Any]], added: list[Any], unequal: str, tolerance: float
+) -> list[list[Any]]:
+    """Return what a stored line has of supports over the whirl's frequency.
+
+    Their tables are replaced by what acts beside the branches, in place, and their
+    added mass by that of the fit. Returns (number of the support, `OF_FIT`, branches)
+    """
+    out = []
+    for number, (node, foot, rows, *kind) in enumerate(supports):
+        if not kind or kind[0][0] != OVER:
+            continue
+        _, where, both = kind[0]
+        mass = _alike([where, node, foot, *both], unequal)[2] if both else 0.0
+        try:
+            fit = fitted(rows, mass, tolerance)
+        except ValueError as failed:
+            raise ValueError(f"{where}: {failed}") from None
+        supports[number] = [node, foot, [[0.0, *fit.rest]]]
+        added += [[node, foot, fit.mass]] if fit.mass else []
+        numbers = [getattr(fit, key) for key in OF_FIT]
+        out.append([number, *numbers, [list(one) for one in fit.branches]])
+    return out
 
 
 def _check(line: Mapping[str, Any]) -> None:

@@ -50,6 +50,7 @@ _X, _W = np.polynomial.legendre.leggauss(5)  # exact to degree 9
 POINTS, WEIGHTS = (_X + 1) / 2, _W / 2
 NODE = 2  # coordinates of a node: Z, Phi
 GROUND = -1  # of `LineSupport.to`
+WHOLE, INNER = -1, -2  # of `LineSupport.part`
 
 
 @dataclass(frozen=True)
@@ -186,6 +187,9 @@ class LineSupport:
         include, and its clearance, m; 0: no film
     law : ("journal", mu, L, R, c) or ("rolling", K, c, n, share of the cage) of a
         bearing, see `reduction.bearing_laws`; () for another support
+    part : number of the support over the whirl's frequency of whose force this one is a
+        part; `INNER`: it holds the mass of a branch of such a support; `WHOLE`: neither
+    at_rest : stiffness in the modes at rest, N/m; None: the mean at the first speed
     """
 
     at: int
@@ -194,14 +198,18 @@ class LineSupport:
     film: float = 0.0
     clearance: float = 0.0
     law: tuple[str | float, ...] = ()
+    part: int = WHOLE
+    at_rest: float | None = None
 
     @property
     def springs(self) -> float:
-        """Mean stiffness (k_xx + k_yy) / 2 at the first speed, N/m.
+        """Stiffness in the modes at rest, N/m: (k_xx + k_yy) / 2 at the first speed.
 
         Of a journal or rolling bearing one for the modes at rest, of small motions at
         100 rad/s and at 10 um of its balls: a film has none at rest.
         """
+        if self.at_rest is not None:
+            return self.at_rest
         if self.law:
             return _reference(self.law)
         return (self.rows[0][1] + self.rows[0][4]) / 2
@@ -210,8 +218,8 @@ class LineSupport:
     def is_spring(self) -> bool:
         """Whether it is a constant spring, the same in all directions."""
         _, xx, xy, yx, yy, *damping = self.rows[0]
-        alone = len(self.rows) == 1 and not self.law and xx == yy and xy == yx == 0.0
-        return alone and not any(damping)
+        alone = len(self.rows) == 1 and not self.law and self.at_rest is None
+        return alone and xx == yy and xy == yx == 0.0 and not any(damping)
 
     def row(self, size: int) -> Floats:
         """Return the row, (n,), that gives its displacement from n coordinates."""
@@ -254,6 +262,27 @@ def _reference(law: tuple[str | float, ...]) -> float:
 
 
 @dataclass(frozen=True)
+class OverWhirl:
+    """A support whose coefficients depend on the whirl's frequency, as it is fitted.
+
+    Attributes
+    ----------
+    support : its number among the supports of a line
+    low, high : range of the table, rad/s
+    error, between : largest difference of the fit's dynamic stiffness from the table's,
+        relative to it, at the table's rows, and from a monotone cubic between them
+    branches : number of masses on springs and dampers that it has
+    """
+
+    support: int
+    low: float
+    high: float
+    error: float
+    between: float
+    branches: int
+
+
+@dataclass(frozen=True)
 class ShaftLine:
     """A shaft of elements one after the other, with disks, and pedestals beside it.
 
@@ -267,6 +296,8 @@ class ShaftLine:
     supports : bearings and other supports
     stations : node of each station that users name
     added : added masses, which have no part in `mass`
+    over_whirl : supports over the whirl's frequency; the masses of their branches are
+        pedestals of 0 kg with added masses
     """
 
     tubes: tuple[Tube, ...]
@@ -277,6 +308,7 @@ class ShaftLine:
     supports: tuple[LineSupport, ...] = ()
     stations: tuple[int, ...] = ()
     added: tuple[AddedMass, ...] = ()
+    over_whirl: tuple[OverWhirl, ...] = ()
 
     @property
     def nodes(self) -> int:
@@ -404,7 +436,7 @@ def line_of(text: str) -> ShaftLine:
         AddedMass(*ends(node, pedestal), mass)
         for node, pedestal, mass in given.get("added", ())
     )
-    return ShaftLine(
+    line = ShaftLine(
         tubes,
         tuple(ShaftDisk(int(node), *rest) for node, *rest in given["disks"]),
         tuple(given["pedestals"]),
@@ -413,6 +445,50 @@ def line_of(text: str) -> ShaftLine:
         supports,
         tuple(map(int, given["stations"])),
         added,
+    )
+    for number, *numbers, branches in given.get("over_whirl", ()):
+        line = _with_branches(line, int(number), numbers, branches)
+    return line
+
+
+def _with_branches(
+    line: ShaftLine, number: int, numbers: list[float], branches: list[list[float]]
+) -> ShaftLine:
+    """Return a line with the branches of a support over the whirl's frequency.
+
+    A branch is a mass M that moves with the shaft less what the support stands on: its
+    inertia is an added mass, whose displacement is a pedestal's without mass. In the
+    modes at rest it is on a spring kappa and leaves the shaft alone, whose support has
+    its stiffness at rest, so that all of these springs are positive.
+
+    number : of the support
+    numbers, branches : range, errors, see `OverWhirl`; w_0, zeta, kappa and A of each
+        branch, see `scene.whirl_fit`
+    """
+    own = line.supports[number]
+    supports, added = list(line.supports), list(line.added)
+    at_rest = own.springs
+    for place, branch in enumerate(branches, line.size):
+        natural, ratio, stiff, xx, xy, yx, yy = branch
+        c = 2.0 * ratio * stiff / natural
+        to_shaft = 0.0, xx, xy, yx, yy, 0.0, 0.0, 0.0, 0.0
+        held = 0.0, stiff - xx, -xy, -yx, stiff - yy, c, 0.0, 0.0, c
+        supports += [
+            LineSupport(own.at, place, (to_shaft,), part=number, at_rest=0.0),
+            LineSupport(place, own.to, (held,), part=INNER, at_rest=stiff),
+        ]
+        squared = (xx**2 + yy**2) / 2 + xy * yx  # half the trace of A^2
+        at_rest += (xx + yy) / 2 - squared / stiff
+        added.append(AddedMass(place, own.to, stiff / natural**2))
+    supports[number] = replace(own, at_rest=max(at_rest, 0.0))
+    low, high, error, between = numbers
+    fit = OverWhirl(number, low, high, error, between, len(branches))
+    return replace(
+        line,
+        pedestals=(*line.pedestals, *(0.0 for _ in branches)),
+        supports=tuple(supports),
+        added=tuple(added),
+        over_whirl=(*line.over_whirl, fit),
     )
 
 
@@ -432,6 +508,15 @@ def _support_of(
     c = small_damping(viscosity, length, radius, clearance)
     row = (0.0, *(0.0,) * 4, c, 0.0, 0.0, c)
     return LineSupport(at, to, (row,), c, clearance)
+
+
+def name_of(line: ShaftLine, own: LineSupport) -> str:
+    """Return the name of a support: its station or pedestal, and its kind."""
+    kind = str(own.law[0]) if own.law else "film" if own.film else ""
+    film, foot = f" {kind}" if kind else "", own.at - NODE * line.nodes
+    if foot >= 0:
+        return f"pedestal {foot}{film}"
+    return f"station {line.stations.index(own.at // NODE)}{film}"
 
 
 def small_damping(

@@ -65,6 +65,15 @@ APART = shaft({"station": 0, **OVAL}, {"station": 2, **OVAL, **PEDESTAL})
 OIL = {"film_viscosity": 0.02, "film_length": 0.03, "film_radius": 0.06,
        "film_clearance": 2e-4}  # fmt: skip
 FILMS = shaft({"station": 0, "kxx": 4e7, **OIL}, {"station": 2, "kxx": 6e7, **OIL})
+OVER = np.linspace(50.0, 4000.0, 9)  # rad/s, of the whirl
+SEAL = {  # a spring in series with a damper, beside those of a shaft
+    "whirl_frequency": OVER.tolist(),
+    "kxx": (4e7 + 3e7 * OVER**2 / (OVER**2 + 600.0**2)).tolist(),
+    "cxx": (5e3 + 3e7 * 600.0 / (OVER**2 + 600.0**2)).tolist(),
+    "kxy": (3e6 - 1e3 * OVER).tolist(), "kyx": (1e3 * OVER - 3e6).tolist(),
+}  # fmt: skip
+WHIRL = shaft({"station": 0, **SEAL, "mxx": 2.0},
+              {"station": 2, **SEAL, **PEDESTAL})  # fmt: skip
 BOTH = shaft({"station": 0, **OVAL}, {"station": 2, "kxx": 6e7, **OIL, **PEDESTAL})
 SLIM = {"journal_viscosity": 0.02, "journal_length": 0.05, "journal_radius": 0.06,
         "journal_clearance": 2e-4}  # fmt: skip
@@ -144,6 +153,10 @@ TABLE = {  # scene: what is set, the schemes that march it
     "cross-coupling": (FULL | {"cross_coupling": 1e6}, CYCLIC),
     "tilt": (FULL | {"shaft": "cantilever"}, CYCLIC),
     "shaft": (FULL | SHAFT, ALL),
+    "shaft over whirl": (FULL | WHIRL, ALL),
+    "unequal, shaft over whirl, unbalance": (
+        FULL | UNEQUAL | WHIRL | {"unbalance": 5e-3}, ("modal",),
+    ),
     "shaft, supports apart": (FULL | APART, ("modal", "paper")),
     "shaft, supports apart, unbalance": (
         FULL | APART | {"unbalance": 5e-3}, ("modal",),

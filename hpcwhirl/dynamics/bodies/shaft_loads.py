@@ -44,7 +44,14 @@ from hpcwhirl.reduction.steady import translation
 from hpcwhirl.reduction.supports import Bearing, Support, bearing_of, law_of
 from hpcwhirl.scene import Rotor, Scene
 from hpcwhirl.structure import polar_inertia
-from hpcwhirl.structure.shaft import NODE, LineSupport, ShaftLine, line_of
+from hpcwhirl.structure.shaft import (
+    INNER,
+    WHOLE,
+    LineSupport,
+    ShaftLine,
+    line_of,
+    name_of,
+)
 
 PLANE = np.array([1.0, 1.0j])  # makes x + i y of x and y
 COLUMNS = (
@@ -63,6 +70,7 @@ class SupportForce:
     held, drag : (n,), complex, the part of the force that turns with the rotor, as
         minus held @ x and minus drag @ x', N/m and N s/m
     support : springs, dampers and film that do not turn; None: there are none
+    part : as of `structure.shaft.LineSupport`
     """
 
     name: str
@@ -70,6 +78,7 @@ class SupportForce:
     held: Complexes
     drag: Complexes
     support: Support | Bearing | None = None
+    part: int = WHOLE
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +87,8 @@ class ShaftLoads:
 
     Attributes
     ----------
-    forces : what holds the rotor, by place
+    forces : what holds the rotor, by place; then branches of supports over the whirl's
+        frequency, which are parts of the force at their place, or inside
     coriolis, stiffening, quartic : C, K_1, K_2 of `reduction.modes.Spin`, (n, n)
     load, swing : F_c and F_e, (n,), kg m, with those of an unbalance; None: unknown
     inertia : I_0, kg m^2
@@ -101,7 +111,7 @@ class ShaftLoads:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the places at which the rotor is held."""
-        return tuple(one.name for one in self.forces)
+        return tuple(one.name for one in self.forces if one.part == WHOLE)
 
     def of_motions(self, x: Floats, v: Floats, speed: Floats, angle: Floats) -> Floats:
         """Return forces, angular momentum and torques of k motions, (k, 2 s + 2).
@@ -114,8 +124,9 @@ class ShaftLoads:
         speed, angle : (k,), Omega, rad/s; rad, by which the rotor has turned
         """
         x, v = map(np.ascontiguousarray, (x, v))  # else other bits
-        turn, out, torque = np.exp(1j * angle), list[Floats](), np.zeros(len(x))
-        for one in self.forces:
+        turn, torque = np.exp(1j * angle), np.zeros(len(x))
+        out = np.zeros((len(self.names), len(x)), dtype=complex)
+        for number, one in enumerate(self.forces):
             force = -(_each(one.held, x) + _each(one.drag, v)) * turn
             if one.support is not None:
                 z, moving = _each(one.row, x), _each(one.row, v)
@@ -123,11 +134,13 @@ class ShaftLoads:
                 own = _by_support(one.support, (place, rate), speed, angle)
                 torque += (place.conjugate() * own).imag
                 force += own
-            out += [force.real, force.imag]
+            if one.part != INNER:
+                out[number if one.part == WHOLE else one.part] += force
         if self.gravity:
             first = (_each(self.moment, x) + self.eccentricity) * turn
             torque += (first.conjugate() * self.gravity).imag
-        return np.stack([*out, self.angular_momenta(x, v, speed), torque], axis=1)
+        pairs = [part for force in out for part in (force.real, force.imag)]
+        return np.stack([*pairs, self.angular_momenta(x, v, speed), torque], axis=1)
 
     def angular_momenta(self, x: Floats, v: Floats, speed: Floats) -> Floats:
         """Return H of k motions, (k,), N m s; x, v, speed : as in `of_motions`."""
@@ -302,12 +315,12 @@ def _of_line(line: ShaftLine, rows: Floats) -> tuple[SupportForce, ...]:
     """
     out, used = [], dict[str, int]()
     for own, row in zip(line.supports, rows, strict=True):
-        name = _name(line, own)
+        name = name_of(line, own) if own.part == WHOLE else ""
         used[name] = used.get(name, 0) + 1
-        if used[name] > 1:
+        if name and used[name] > 1:
             name = f"{name}, {used[name]}"
         zero = np.zeros(rows.shape[2], dtype=complex)
-        out.append(SupportForce(name, PLANE @ row, zero, zero, _whole(own)))
+        out.append(SupportForce(name, PLANE @ row, zero, zero, _whole(own), own.part))
     return tuple(out)
 
 
@@ -318,12 +331,3 @@ def _whole(own: LineSupport) -> Support | Bearing:
     if own.film:
         return Support(damping=own.film + 0j, film=own.film, clearance=own.clearance)
     return bearing_of(list(own.rows), 0.0)
-
-
-def _name(line: ShaftLine, own: LineSupport) -> str:
-    """Return the name of a support: its station or pedestal, and its kind."""
-    kind = str(own.law[0]) if own.law else "film" if own.film else ""
-    film, foot = f" {kind}" if kind else "", own.at - NODE * line.nodes
-    if foot >= 0:
-        return f"pedestal {foot}{film}"
-    return f"station {line.stations.index(own.at // NODE)}{film}"
