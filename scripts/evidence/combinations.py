@@ -6,11 +6,11 @@
 
 Each feature is set on an engine of 11 blades for 3 ms, and each pair of features. A row
 tells the integrator; the share of steps in contact; the time of a march, in one thread
-as in the program, over that of the engine without features, least of two after a first
-one, which holds some fixed cost of a march; and the largest difference of the tips from
-those of scheme `paper`, or `general` where `paper` refuses, over the largest
-displacement; or the reason of a refusal. `exact` has an error of another kind, of the
-step; a speed that changes has one of its intervals.
+as in the program, over that of the engine without features, marched in turn, least of
+three after a first one, which holds some fixed cost of a march; and the largest
+difference of the tips from those of scheme `paper`, or `general` where `paper` refuses,
+over the largest displacement; or the reason of a refusal. `exact` has an error of
+another kind, of the step; a speed that changes has one of its intervals.
 
 A feature may cost time in each step, or keep blades in contact for longer, where each
 step takes more with or without it. Pairs are judged by the first: by the time over that
@@ -111,6 +111,7 @@ FEATURES: dict[str, dict[str, Any]] = {
 FAR = 4.0  # times the base with the same share in contact: a pair above it is told
 GAPS = (1e-2, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6)  # m, of the base: its shares
 ROUNDS = 9  # marches of the base with each gap, of which the least time counts
+TURNS = 3  # marches of a pair and of the base, in turn, of which the least count
 CAUSES = {  # why pairs are above `FAR`: the first feature that a pair has counts
     "elements": "a ring of elements is not the same at every angle, so that no waves "
     "exist: `general` integrates all modes, and places the blades anew, in every step",
@@ -210,9 +211,10 @@ def row_of(pair: tuple[str, ...], base: Base, *, oracle: bool) -> Row:
         march, _ = marched(given)
     except WhirlError as refused:
         return Row(pair, refused=str(refused).partition("\n")[0])
-    time, share = min(marched(given)[1] for _ in range(2)), share_of(march)
-    scheme = type(march.scheme).__name__.lstrip("_")
-    costs = time / base.time, time / base.like(share)
+    both = [(marched(given)[1], marched(BASE)[1]) for _ in range(TURNS)]
+    cost = min(time for time, _ in both) / min(time for _, time in both)
+    share, scheme = share_of(march), type(march.scheme).__name__.lstrip("_")
+    costs = cost, cost * base.time / base.like(share)
     return Row(pair, scheme, share, *costs, apart(given, march) if oracle else None)
 
 
