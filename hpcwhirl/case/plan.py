@@ -285,7 +285,11 @@ def folded_scene(scene: Scene, folds: int) -> Scene:
     Omega, unless it follows the slide of each tip. Its engine, of which only the radius
     is used, is still that of the whole.
     """
-    constant = {"friction": scene.coefficient, "friction_law": "constant"}
+    constant = {
+        "friction": scene.coefficient,
+        "friction_law": "constant",
+        "friction_table": "",
+    }
     return scene.model_copy(
         update={
             "speed": folds * scene.speed,

@@ -5,10 +5,13 @@ The kernels' arguments of a contact law are made in `dynamics.bodies.operators`.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
+
+from hpcwhirl.scene.kept_tables import kept_rows
 
 RIGID = "rigid"
 
@@ -35,21 +38,37 @@ class FrictionLaw:
     ----------
     name : value of friction_law
     meaning : explanation for users
-    coefficient : function from mu, the coefficient at rest, the decay speed, m/s, and
-        the sliding speed, m/s, to the coefficient
+    coefficient : function from mu, the coefficient at rest, the decay speed, m/s, the
+        table of mu over speed and the sliding speed, m/s, to the coefficient
     """
 
     name: str
     meaning: str
-    coefficient: Callable[[float, float, float, float], float]
+    coefficient: Callable[[float, float, float, str, float], float]
 
 
-def stribeck(kinetic: float, at_rest: float, decay: float, speed: float) -> float:
+def stribeck(
+    kinetic: float, at_rest: float, decay: float, _: str, speed: float
+) -> float:
     """Return Stribeck's friction coefficient, mu + (mu_s - mu) exp(-|v| / v_s).
 
     kinetic, at_rest : mu, mu_s; decay, speed : v_s, and sliding speed v, m/s
     """
     return kinetic + (at_rest - kinetic) * math.exp(-abs(speed) / decay)
+
+
+def tabled(*given: Any) -> float:
+    """Return the coefficient of a table: linear between its rows, then held.
+
+    given : arguments of `FrictionLaw.coefficient`; of the last two, the kept text of a
+        table that begins at speed 0, and the sliding speed, m/s
+    """
+    rows, speed = kept_rows(given[-2]), abs(float(given[-1]))
+    for (slow, low), (fast, high) in itertools.pairwise(rows):
+        if speed < fast:
+            share = (speed - slow) / (fast - slow)
+            return (1.0 - share) * low + share * high
+    return rows[-1][1]
 
 
 _TABLE = (
@@ -67,6 +86,7 @@ _FRICTION = (
         "mu + (friction_at_rest - mu) exp(-|Omega| R / friction_speed)",
         stribeck,
     ),
+    FrictionLaw("table", "friction_table at |Omega| R", tabled),
 )
 PERMANENT, SET_VALUED = "permanent", "set-valued"
 LAWS = {law.name: law for law in _TABLE}

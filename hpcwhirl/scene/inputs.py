@@ -16,7 +16,7 @@ from hpcwhirl.errors import InputError, shown
 from hpcwhirl.scene import contact_laws
 from hpcwhirl.scene.engine_parts import Engine
 from hpcwhirl.scene.history import checked
-from hpcwhirl.scene.kept_tables import table_over_time
+from hpcwhirl.scene.kept_tables import table_over_slip, table_over_time
 from hpcwhirl.scene.rules import LASTS, OF_SCENE, end_time, last_end
 from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SCHEMES, SchemeName
 from hpcwhirl.scene.table_model import Finite, Inputs, Label, NonNegative, Positive
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 OF_FILE = " (of a file: hpcwhirl.Design.of(file).base)"
 SpeedTable = Annotated[str, AfterValidator(partial(table_over_time, name="speed"))]
 GapTable = Annotated[str, AfterValidator(partial(table_over_time, name="gap"))]
+FrictionTable = Annotated[str, AfterValidator(table_over_slip)]
 
 
 class Solver(Inputs):
@@ -171,6 +172,10 @@ class Scene(Inputs, metaclass=_Told):
     friction_speed: Positive = given(10.0, "m/s",
         "sliding speed v_s in exp(-|v| / v_s), by which Stribeck's friction falls",
         symbol="v_s")
+    friction_table: FrictionTable = given("", "1",
+        "table of mu over the sliding speed, for friction_law table; a CSV file of "
+        "columns slip, m/s, and friction, or such rows in one line; begins at 0 m/s "
+        "with `friction`; linear between rows, then held; kept as text")
     slip: Literal["permanent", "set-valued"] = given("permanent", "1",
         "whether tips in contact always slide with the rotation; permanent: they do, "
         "and friction drags against it; set-valued: Coulomb's law at each tip, which "
@@ -286,7 +291,7 @@ class Scene(Inputs, metaclass=_Told):
         law = contact_laws.FRICTION[self.friction_law]
         sliding = speed * self.engine.rotor.radius
         own = self.friction, self.friction_at_rest, self.friction_speed
-        return float(law.coefficient(*own, sliding))
+        return float(law.coefficient(*own, self.friction_table, sliding))
 
     @property
     def has_harmonics(self) -> bool:

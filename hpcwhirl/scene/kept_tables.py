@@ -1,9 +1,10 @@
 """Small tables that users give as files and a scene stores as one line of text.
 
 So a scene does not depend on the file later. The line has the names of the columns and
-the rows of numbers, as "time,speed;0,100;2,300". There are three kinds:
+the rows of numbers, as "time,speed;0,100;2,300". There are four kinds:
 
 - over time: the time, s, and a quantity such as the speed, in its unit;
+- over the sliding speed, m/s: the coefficient of friction;
 - the shape of a casing that is not round: harmonics, w = sum of a cos(h theta - phi),
   in the columns harmonic, amplitude (m) and phase (rad); or values over angle, in the
   columns angle (rad) and departure (m), joined by straight lines around the casing. w
@@ -27,7 +28,7 @@ from hpcwhirl.scene.table_files import text_of_table
 
 MOST_BYTES = 1 << 20  # largest file with a table
 Rows = list[tuple[float, ...]]
-TIME = "time"
+TIME, SLIDING = "time", "slip"
 HARMONICS = "harmonic,amplitude,phase"
 ANGLES = "angle,departure"
 MOST_ROWS = 4096  # largest number of rows of a shape's table
@@ -35,7 +36,8 @@ HIGHEST = 200  # highest harmonic that a table may name
 FEWEST_ANGLES = 3
 UNITS = {  # SI units of columns
     TIME: "s", "speed": "rad/s", "gap": "m", "harmonic": "1", "amplitude": "m",
-    "phase": "rad", "angle": "rad", "departure": "m",
+    "phase": "rad", "angle": "rad", "departure": "m", SLIDING: "m/s",
+    "friction": "1",
 }  # fmt: skip
 
 
@@ -61,14 +63,33 @@ def table_over_time(text: str, name: str) -> str:
         table in one line, as "time,speed;0,100;2,300"; "" is returned unchanged
     name : name of the second column, "speed" or "gap"
     """
+    return _table_from_0(text, TIME, name)[0]
+
+
+def table_over_slip(text: str) -> str:
+    """Return a table of friction over the sliding speed as a scene stores it.
+
+    text : as for `table_over_time`, with the columns slip and friction
+    """
+    kept, rows = _table_from_0(text, SLIDING, "friction")
+    lowest = min((mu for _, mu in rows), default=0.0)
+    must(lowest >= 0.0, f"its friction must be >= 0, got {lowest!r}")
+    return kept
+
+
+def _table_from_0(text: str, first: str, name: str) -> tuple[str, Rows]:
+    """Return a table whose first column ascends from 0 as text, and its rows.
+
+    text, first, name : as for `table_over_time`; names of both columns
+    """
     if not text:
-        return ""
-    head, rows = _head_and_rows(text, (f"{TIME},{name}",))
+        return "", []
+    head, rows = _head_and_rows(text, (f"{first},{name}",))
     are_enough = len(rows) >= 2 and are_finite(rows)
     must(are_enough, "it must have two rows at least, of finite numbers")
-    starts = rows[0][0] == 0.0
-    must(starts and ascends(rows), f"its {TIME} must begin at 0 s and ascend")
-    return kept_table(head, rows)
+    begins = rows[0][0] == 0.0 and ascends(rows)
+    must(begins, f"its {first} must begin at 0 {UNITS[first]} and ascend")
+    return kept_table(head, rows), rows
 
 
 def scaled(text: str, factor: float) -> str:

@@ -16,7 +16,7 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from hpcwhirl.errors import shown
-from hpcwhirl.scene.contact_laws import PERMANENT, RIGID, rods_around
+from hpcwhirl.scene.contact_laws import RIGID, rods_around
 from hpcwhirl.scene.kept_tables import kept_rows
 from hpcwhirl.scene.schemes import MODAL, either
 from hpcwhirl.scene.shaft_tables import WORDS
@@ -349,8 +349,6 @@ def _begins_at(name: str) -> Rule:
 
 
 OF_SCENE = (
-    must_be(RIGID, LAW, Unless("where slip is set-valued", ("slip",), _is(PERMANENT)),
-        got=str),
     must_be(0, "revolutions", STEADY_TOLD),
     must_be(0, "output.chaos", STILL_TOLD),
     must_be("", "history", STILL_TOLD, note="; leave out [branch]"),
@@ -376,6 +374,13 @@ OF_SCENE = (
     must_be(0, "gap_closure", Unless("with a gap_table", ("gap_table",), _is(""))),
     _begins_at("speed"),
     _begins_at("gap"),
+    _begins_at("friction"),
+    must_be("", "friction_table", Unless("unless friction_law is table",
+        ("friction_law",), _is("table"))),
+    Rule(("friction_law", "friction_table"),
+        lambda law, table: (law != "table") | (table != ""),
+        lambda *_:
+            "friction_table must be given where friction_law is table, got none"),
     _scheme_of(MODAL, Unless("where the speed changes and engine.rotation is full",
         (*SPEED, "engine.rotation"),
         lambda rate, table, rotation: _constant(rate, table) | (rotation == "none"))),

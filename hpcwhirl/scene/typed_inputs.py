@@ -138,9 +138,10 @@ class SceneInputs(TypedDict, total=False):
     gap: Number
     gap_at: Literal["speed", "rest"]
     friction: Number
-    friction_law: Literal["constant", "stribeck"]
+    friction_law: Literal["constant", "stribeck", "table"]
     friction_at_rest: Number
     friction_speed: Number
+    friction_table: str
     slip: Literal["permanent", "set-valued"]
     force: Number
     pulse: Number

@@ -238,6 +238,7 @@ SHAFT = text_of({
     "bearings": [{"station": i, "kxx": 1e7} for i in (0, 1)],
 }, "the shaft")  # fmt: skip
 SPEEDS, GAPS = "time,speed;0.0,300.0;1.0,310.0", "time,gap;0.0,1e-4;1.0,2e-4"
+SLIPS = "slip,friction;0.0,0.2;1.0,0.1"
 LATER = {"rotation": "full", "lost_blade": 3, "lost_blade_time": 0.1}
 WEIGHT = {"rotation": "full", "gravity": 9.81}
 BROKEN = [  # of each rule, in their order: what breaks it alone, and how that is told
@@ -295,8 +296,12 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"profile_release": 1e-3, "profile_rise": 2e-3}, "profile_release must be 0 or"),
     ({"profile_release": 1e-3, "kind": "rigid"}, "where the casing cannot swing"),
     ({"discretization": "file"}, "file must be named where casing.discretization"),
-    ({"slip": "set-valued", "contact_law": "archard"},
-     "casing.contact_law must be rigid where slip is set-valued, got archard"),
+    ({"friction_law": "table"},
+     "friction_table must be given where friction_law is table, got none"),
+    ({"friction": 0.2, "friction_table": SLIPS},
+     "friction_table must be empty unless friction_law is table"),
+    ({"friction_law": "table", "friction_table": SLIPS},
+     "friction must be 0.2, the first of friction_table, got 0.1"),
     ({"acceleration": 1.0, "revolutions": 9.0}, "revolutions must be 0 where the"),
     ({"acceleration": 1.0, "chaos": 50.0}, "output.chaos must be 0 where speed or gap"),
     ({"gap_closure": 1e-5, "history": "speed = 300.0"}, "history must be empty where"),

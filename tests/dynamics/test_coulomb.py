@@ -116,6 +116,12 @@ def test_a_disk_rolls_in_a_ring_at_minus_speed_times_radius_over_gap(speed):
     assert bodies.state.counter[contact.STUCK] > 0.9 * bodies.state.counter[contact.MET]
 
 
+def law_of(mu, response):
+    """Return Coulomb's law of rigid tips with a response, its rows by force."""
+    none = np.zeros((0, 0))
+    return Coulomb(mu, 0.0, 0.0, 1.0, response, none, np.zeros(0), always=False)
+
+
 def drawn_problem(rng, tips):
     """Return gaps, slides, mu and a response of both, of tips that are coupled."""
     size = 2 * tips
@@ -145,12 +151,12 @@ def solved(gaps, slides, law, guess):
 @pytest.mark.parametrize("tips", [1, 2, 5, 12])
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.8, 3.0])
 def test_the_forces_of_drawn_problems_obey_the_law(tips, mu):
-    rng, empty, count = np.random.default_rng(tips), np.zeros((0, 0)), 0
+    rng, count = np.random.default_rng(tips), 0
     for _ in range(60):
         gaps, slides, response = drawn_problem(rng, tips)
         if gaps.min() >= 0.0:
             continue
-        law = Coulomb(mu, 0.0, 0.0, 1.0, np.ascontiguousarray(response.T), empty)
+        law = law_of(mu, np.ascontiguousarray(response.T))
         lam, tau, opened = solved(gaps, slides, law, rng.integers(0, 4, tips))
         after = np.concatenate([gaps, slides]) + response @ np.concatenate([lam, tau])
         gap, slide = after[:tips], after[tips:]
@@ -170,7 +176,7 @@ def test_the_forces_of_drawn_problems_obey_the_law(tips, mu):
 def test_a_rod_that_jams_sticks():
     """Painleve: friction of sliding would draw the tip in; it sticks at once."""
     response = np.array([[1.0, 1.5], [1.5, 3.0]])  # W_nn - mu W_nt < 0
-    law = Coulomb(1.0, 0.0, 0.0, 1.0, response, np.zeros((0, 0)))
+    law = law_of(1.0, response)
     lam, tau, _ = solved(np.array([-0.1]), 2.0, law, 0)
     assert lam[0] > 0.0
     after = np.array([-0.1, 2.0]) + response @ [lam[0], tau[0]]
@@ -201,7 +207,7 @@ def on_two_feet():
 @pytest.mark.parametrize("guess", range(4))
 def test_a_block_slides_on_two_feet_tips_or_jams(mu, pushes, drags, guess):
     gaps, slides = np.full(2, -0.1), np.full(2, 2.0)
-    law = Coulomb(mu, 0.0, 0.0, 1.0, on_two_feet(), np.zeros((0, 0)))
+    law = law_of(mu, on_two_feet())
     lam, tau, opened = solved(gaps, slides, law, guess)
     assert lam == pytest.approx(pushes, abs=1e-12)
     assert tau == pytest.approx(drags, abs=1e-12)

@@ -64,7 +64,8 @@ def test_the_ledger_closes(scenes, name, scheme):
     # about a circle, forces of a film and of springs unlike are booked as losses
     unlike = any(part in name for part in ("unlike", "film", "journal"))
     moves = "lost blade" in name or "run-" in name
-    if "supports apart" not in name and not (moves and unlike):
+    springs = name == "sticks, layer, rubbed"  # slow rods hardly wear: they give back
+    if "supports apart" not in name and not springs and not (moves and unlike):
         assert np.all(np.diff(history.lost) >= -1e-12 * abs(history.lost).max())
 
 
@@ -199,7 +200,7 @@ def not_touched(scenes, name, scheme, step, number):
 # the start; a lost blade takes its share of the modes along;
 # where the speed passes 0 the first tip sticks
 @asked(
-    "layer", "points", "elements", "rigid", "stribeck", "shell", "lost blade",
+    "layer", "points", "elements", "rigid", "stribeck", "table", "shell", "lost blade",
     "through 0",
 )  # fmt: skip
 def test_one_force_pushes_both_bodies_apart(scenes, name, scheme):

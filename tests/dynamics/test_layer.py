@@ -26,12 +26,10 @@ def step(layer, worn, gaps, last, angles, rest):
     """Return the number of tips that press; -1 where none was found."""
     points, w, ring, lam, opened, space, own, ledger = rest
     if to_worn(angles[1], angles[0], points, worn, layer.under, own, gaps, last) < 0.0:
-        (none, index, shape), soft = ring, layer.soft
+        (none, index, shape), own.soft[:] = ring, layer.soft
         leave(layer, worn, last, ledger, own)
-        found = press(
-            layer, soft, worn, gaps, w, none, index, shape, lam, opened, space, own
-        )
-        wear(layer, soft, worn, lam, last, ledger, own)
+        found = press(layer, worn, gaps, w, none, index, shape, lam, opened, space, own)
+        wear(layer, worn, lam, last, ledger, own)
         return found
     for j in range(len(gaps)):
         lam[j], opened[j] = 0.0, gaps[j]

@@ -7,12 +7,18 @@ import pytest
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.scene.bearing_tables import bearing_table
 from hpcwhirl.scene.case_list import cases_in_file
-from hpcwhirl.scene.kept_tables import MOST_BYTES, profile_table, table_over_time
+from hpcwhirl.scene.kept_tables import (
+    MOST_BYTES,
+    profile_table,
+    table_over_slip,
+    table_over_time,
+)
 
 READERS = {
     "bearing": bearing_table,
     "speed": lambda text: table_over_time(text, "speed"),
     "profile": profile_table,
+    "friction": table_over_slip,
 }
 
 
@@ -67,6 +73,7 @@ def test_a_directory_is_no_table(reader, tmp_path):
         ("bearing", "frequency,kxx,cxx\n0,1e6,10\n100,2e6,10\n"),
         ("speed", "time,speed\n0,100\n2,300\n"),
         ("profile", "harmonic,amplitude,phase\n2,1e-5,0.5\n"),
+        ("friction", "slip,friction\n0,0.2\n1.5,0.1\n"),
     ],
 )
 def test_the_line_that_a_scene_keeps_is_the_table_itself(reader, content, tmp_path):
@@ -76,3 +83,20 @@ def test_the_line_that_a_scene_keeps_is_the_table_itself(reader, content, tmp_pa
     path.unlink()
     assert "\n" not in kept
     assert READERS[reader](kept) == kept
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("slip,friction;0,0.2", "two rows at least"),
+        ("slip,friction;0,0.2;1,nan", "of finite numbers"),
+        ("slip,friction;0.1,0.2;1,0.1", "its slip must begin at 0 m/s and ascend"),
+        ("slip,friction;0,0.2;2,0.1;1,0.1", "must begin at 0 m/s and ascend"),
+        ("slip,friction;0,0.2;1,0.1;1,0.05", "must begin at 0 m/s and ascend"),
+        ("slip,friction;0,0.2;1,-0.1", "its friction must be >= 0, got -0.1"),
+        ("speed,friction;0,0.2;1,0.1", "it must have the columns slip,friction"),
+    ],
+)
+def test_a_table_of_friction_that_is_none_is_refused(text, told):
+    with pytest.raises(ValueError, match=told):
+        table_over_slip(text)

@@ -57,6 +57,7 @@ WORDS = {
     "branch": "up",
     "engine.casing.contact_law": "archard",
     "friction_law": "stribeck",
+    "friction_table": "slip,friction;0.0,0.1;2.0,0.05",
     "slip": "set-valued",
     "history": "speed = 300.0",
     "engine.rotor.shaft": "cantilever",
@@ -90,6 +91,7 @@ NEEDS["engine.rotor.shaft_station"] = TURNING | {
         "the shaft",
     )
 }
+NEEDS["friction_table"] = {"friction_law": "table"}
 NEEDS["lost_blade_time"] = TURNING | {LOST: 3}
 VALUES = {
     "speed": st.floats(1e-3, 1e4) | st.floats(-1e4, -1e-3),
@@ -165,6 +167,7 @@ def test_every_input_is_set_and_written_by_its_dotted_name():
     values["lost_blade_time"] = 0.0  # nor without its blade
     values |= {**CHANGING, "history": "", "branch": "start"}  # not with chaos or shapes
     values |= {"engine.casing.contact_law": "rigid", "friction_law": "constant"}  # nor
+    values["friction_table"] = ""  # without its law
     values["engine.casing.profile_release"] = 0.0  # not of a rigid casing
     scene = apply_settings(Scene(), values)
     assert flatten(scene) == values

@@ -61,6 +61,7 @@ class Bodies:
             friction, at_rest, decay, radius,
             np.ascontiguousarray(both.T) if loose else none,
             np.ascontiguousarray(passed) if loose else none,
+            np.zeros(0), always=decay > 0.0,
         )  # fmt: skip
         angle = 2 * np.pi * np.arange(tips) / tips
         points = Points(angle, angle / (2 * np.pi), np.zeros(tips), weight)

@@ -86,10 +86,13 @@ START = {
     "start_energy": 5.0, "start_modes": "rotor suspension, casing 2",
     "start_draw": 3.0, "force": 0.0,
 }  # fmt: skip
+TABLED = {"friction_law": "table", "friction_table": "slip,friction;0,0.5;1,0.3;3,0.2"}
 STICKS = {"slip": "set-valued", "speed": 3.0, "friction": 0.5}
 CENTRAL = "modal", "general", "paper"
 ALL = *CENTRAL, "exact"
 CYCLIC = "modal", "exact"
+
+SLOWER = STICKS | {"speed": 0.3}
 
 TABLE = {  # scene: what is set, the schemes that march it
     "equal": ({}, ALL),
@@ -278,6 +281,12 @@ TABLE = {  # scene: what is set, the schemes that march it
         ("modal",),
     ),
     "sticks, rotation, lost blade": (FULL | STICKS | {"lost_blade": 2}, ("modal",)),
+    "sticks, layer": (SLOWER | SOFT, CENTRAL),
+    "sticks, layer, rotation": (FULL | SLOWER | SOFT, ("modal", "paper")),
+    "sticks, layer, rubbed": (STICKS | RUBBED, ("modal", "paper")),
+    "sticks, layer, unequal": (UNEQUAL | SLOWER | SOFT, ("modal", "paper")),
+    "sticks, layer, lost blade": (FULL | SLOWER | SOFT | {"lost_blade": 2}, ("modal",)),
+    "sticks, table": (STICKS | TABLED, ("modal", "exact", "paper")),
     "start": (START, CYCLIC),
     "start, unbalance": (FULL | START | {"unbalance": 5e-3}, ALL),
     "start, lost blade": (FULL | START | {"lost_blade": 2}, ("modal", "general")),

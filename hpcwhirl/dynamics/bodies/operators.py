@@ -46,10 +46,13 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.scene import Scene, contact_laws
 from hpcwhirl.scene.contact_laws import PERMANENT
+from hpcwhirl.scene.kept_tables import kept_rows
 from hpcwhirl.structure import FourierOperator
 
 EMPTY = np.zeros((0, 0))  # matrix of a body that is absent
-NO_SLIDES = Coulomb(0.0, 0.0, 0.0, 0.0, EMPTY, EMPTY)  # of permanent sliding
+NO_SLIDES = Coulomb(
+    0.0, 0.0, 0.0, 0.0, EMPTY, EMPTY, np.zeros(0), always=False
+)  # of permanent sliding
 
 
 def friction_with_sign(scene: Scene, speed: float | None = None) -> float:
@@ -205,11 +208,21 @@ def coulomb_law(
     rotor, ring : responses, see `kernels.kernel_types.Coulomb`
     folds : number of sectors, of which one is integrated, at so many times the speed
     """
-    decay = 0.0 if scene.friction_law == "constant" else scene.friction_speed
+    decay = scene.friction_speed if scene.friction_law == "stribeck" else 0.0
+    rubs = wears(scene) and layer_of(scene).rub > 0.0
     return Coulomb(
         scene.friction, scene.friction_at_rest, decay,
         scene.engine.rotor.radius / folds, np.ascontiguousarray(rotor), ring,
+        _over_slip(scene),
+        scene.friction_law != "constant" or rubs,
     )  # fmt: skip
+
+
+def _over_slip(scene: Scene) -> Floats:
+    """Return the table of friction over sliding speed, see `kernel_types.Coulomb`."""
+    if not scene.friction_table:
+        return np.zeros(0)
+    return np.array(kept_rows(scene.friction_table)).T.ravel()
 
 
 def points_of(model: Model) -> Points:

@@ -86,14 +86,16 @@ def coulomb_space(points, coordinates):
     )
 
 
-def constant_response(points, law):
+def constant_response(points, law, *, springs):
     """Return new work arrays of `rub` where the response of both bodies is constant.
 
     points, law : N; `kernel_types.Coulomb`, empty for permanent sliding
+    springs : whether tips rub on springs, see `layer.rub_rods`, which change entries
     """
     used = points * (len(law.rotor) > 0)
     space = coulomb_space.py_func(used, 0)
-    return space._replace(columns=law.rotor, have=np.ones(used, np.int64))
+    columns = law.rotor.copy() if springs else law.rotor
+    return space._replace(columns=columns, have=np.ones(used, np.int64))
 
 
 @part
@@ -134,14 +136,15 @@ def respond(j, law, index, shape, space):
 def obeyed(mu, law, lam, space):
     """Return whether the solution with permanent sliding obeys Coulomb's law.
 
-    It does if all tips in contact still slide with the rotation, and mu is constant.
+    It does if all tips in contact still slide with the rotation, and neither friction
+    nor wear depends on their slides.
 
     mu : friction with the sign of the speed
     lam : (N,), multipliers of this solution, N; space.after has its slides, m, and
         space.state becomes the states of all tips, of which one that could not slide so
         sticks
     """
-    obeys = not law.decay > 0.0
+    obeys = not law.always
     for j in range(len(lam)):
         space.state[j] = CLEAR
         if lam[j] > 0.0 and law.friction > 0.0:
@@ -475,6 +478,20 @@ def touching_of(lam, opened, exact):
 
 
 @part
+def coefficient_in(table, speed):
+    """Return mu at a sliding speed, m/s: linear between rows, held beyond the last.
+
+    table : as in `kernel_types.Coulomb`
+    """
+    size = len(table) // 2
+    for k in range(1, size):
+        if speed < table[k]:
+            share = (speed - table[k - 1]) / (table[k] - table[k - 1])
+            return (1.0 - share) * table[size + k - 1] + share * table[size + k]
+    return table[2 * size - 1]
+
+
+@part
 def coefficients(law, step, size, space):
     """Set space.mu of the chosen tips by the slide of each in the step before.
 
@@ -484,7 +501,9 @@ def coefficients(law, step, size, space):
     for s in range(size):
         j = space.chosen[s]
         space.mu[j] = law.friction
-        if law.decay > 0.0:
+        if len(law.table) > 0:
+            space.mu[j] = coefficient_in(law.table, abs(space.before[j]) / step)
+        elif law.decay > 0.0:
             fall = math.exp(-abs(space.before[j]) / (law.decay * step))
             space.mu[j] += (law.at_rest - law.friction) * fall
 
@@ -521,20 +540,29 @@ def rub(gaps, size, law, step, index, shape, lam, tau, opened, touch, space):
     index, shape : as in `respond`
     lam, tau, opened : (N,), out: N, multipliers; N, friction on the casing; m, gaps
     touch, space : `kernel_types.ContactSpace`; `CoulombSpace`, whose `slides` are those
-        of the chosen tips, and if mu is not constant `before`, too; its `state` is the
-        first guess, all other tips being clear
+        of the chosen tips, and if law.always `before`, too; its `state` is the first
+        guess, all other tips being clear
     """
     coefficients(law, step, size, space)
     lam[:] = 0.0
     space.tau[:] = 0.0
     active, more = solve_coulomb(gaps, size, law, index, shape, lam, opened, space)
+    list_rubbing(lam, tau, touch, space)
+    return active, more
+
+
+@part
+def list_rubbing(lam, tau, touch, space):
+    """List the tips in contact and their multipliers; copy the friction to tau.
+
+    lam, tau, touch, space : as in `rub`
+    """
     listed = 0
     for j in range(len(lam)):
         tau[j] = space.tau[j]
         if lam[j] > 0.0:
             touch.where[listed], touch.right[listed] = j, lam[j]
             listed += 1
-    return active, more
 
 
 @part

@@ -328,6 +328,7 @@ class LayerSpace(NamedTuple):
     give, shifted : (N,), m/N and m: 1 / (dP/ds), P(s) being the force on a tip; gaps of
         the linearised problem
     alike : (N,), m, range around `sunk` within which dP/ds is the same
+    soft : (N,), m/N, wear of a rod under each tip in a step per force beyond the limit
     w : (N, N), m/N, `w_rotor` of `layer.press_any` plus diag(give)
     springs : (N, `layer.row_of_springs`) flat, m/N: W of the tips that press plus
         diag(give), and the right side of their equations, m
@@ -340,6 +341,7 @@ class LayerSpace(NamedTuple):
     give: Floats
     shifted: Floats
     alike: Floats
+    soft: Floats
     w: Floats
     springs: Floats
 
@@ -358,6 +360,9 @@ class Coulomb(NamedTuple):
     ring : (0, 0), or (2 R, 2 R), m/N; row i, R + i: displacements of the ring's R
         radial, then R tangential coordinates by a unit force on radial, on tangential
         coordinate i
+    table : (2 K,), m/s, K ascending sliding speeds, then mu at each; empty: by decay
+    always : whether each step needs its tips' slides, since friction or wear depends on
+        them
     """
 
     friction: float
@@ -366,6 +371,8 @@ class Coulomb(NamedTuple):
     radius: float
     rotor: Floats
     ring: Floats
+    table: Floats
+    always: bool
 
 
 class CoulombSpace(NamedTuple):

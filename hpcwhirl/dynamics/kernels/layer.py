@@ -16,6 +16,11 @@ does the work of that, V(s - w) with the depth s before the step, by the slope o
 layer's surface, as it does on the slope of a casing; V is the area below the force that
 pushes the rod in. The work of pushing it further is done by the tip itself. A rod that
 a tip leaves returns its elastic energy to the rotation.
+
+With set-valued friction (`coulomb`) the tips of each step of Newton's method rub on its
+springs: a spring adds its compliance to the diagonal of the problem, normal and
+tangential, that `coulomb` solves. By Archard's law a rod then wears by its tip's slide
+in the step before.
 """
 
 from __future__ import annotations
@@ -30,6 +35,15 @@ from hpcwhirl.dynamics.kernels.contact import (
     book_impact,
     complementarity,
     delassus_rows,
+)
+from hpcwhirl.dynamics.kernels.coulomb import (
+    CLEAR,
+    choose,
+    coefficients,
+    list_rubbing,
+    respond,
+    rub,
+    solve_coulomb,
 )
 from hpcwhirl.dynamics.kernels.keep_inverse import (
     CHANGED,
@@ -59,7 +73,7 @@ def layer_space(blades):
     return LayerSpace(
         np.zeros(blades, np.int64), np.zeros(blades, np.int64), np.zeros(blades),
         np.zeros(blades), np.zeros(blades), np.zeros(blades), np.zeros(blades),
-        np.zeros((blades, blades)), np.zeros(blades * width),
+        np.zeros(blades), np.zeros((blades, blades)), np.zeros(blades * width),
     )  # fmt: skip
 
 
@@ -196,7 +210,7 @@ def tip_force(layer, softness, worn, first, sunk):
 
 
 @part
-def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, opened,
+def press(layer, worn, gaps, w_rotor, compliance, index, shape, lam, opened,
           space, own):  # fmt: skip
     """Compute the contact forces of all tips on the layer by Newton's method.
 
@@ -207,31 +221,29 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
 
     Parameters
     ----------
-    layer, softness : `kernel_types.Layer`; m/N, wear in a step per force beyond the
-        limit
+    layer : `kernel_types.Layer`
     worn : (3, M), state of the layer's rods; its first row is the worn depth, m
     gaps : (N,), m, g, to the unworn surface
     w_rotor, compliance, index, shape, space : as in `contact.complementarity`
     lam, opened : (N,), out: multipliers, N, and gaps to the unworn surface with them, m
-    own : `kernel_types.LayerSpace`, with the results of `to_worn`; out: `sunk`, the
-        depths s
+    own : `kernel_types.LayerSpace`, with `soft` and the results of `to_worn`; out:
+        `sunk`, the depths s
     """
     size, begun = pressing(gaps, space, own), 0
     for _ in range(ALONE):
         for r in range(begun, size):
-            linearize(layer, softness, worn, gaps, -gaps[space.where[r]], own,
+            linearize(layer, worn, gaps, -gaps[space.where[r]], own,
                       space.where[r])  # fmt: skip
         begun = size
         delassus_rows(size, w_rotor, compliance, index, shape, space)
         if not on_springs(size, space, own):
             break
-        if agree_alone(layer, softness, worn, gaps, size, space, own):
+        if agree_alone(layer, worn, gaps, size, space, own):
             size = widened(layer, worn, gaps, size, lam, opened, space, own)
             if size == begun:
                 return size
     return press_any(
-        layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, opened,
-        space, own,
+        layer, worn, gaps, w_rotor, compliance, index, shape, lam, opened, space, own,
     )  # fmt: skip
 
 
@@ -302,7 +314,7 @@ def eliminate(rows, width, size, right):
 
 
 @part
-def agree_alone(layer, softness, worn, gaps, size, space, own):
+def agree_alone(layer, worn, gaps, size, space, own):
     """Return whether multipliers on springs satisfy the law of the rods, see `agree`.
 
     They do if no rod's force changes its slope on the way; else the forces are computed
@@ -324,7 +336,7 @@ def agree_alone(layer, softness, worn, gaps, size, space, own):
     for r in range(size):
         j, push = space.where[r], space.right[r]
         solved, steep = spring_depth(gaps, push, own, j), 1.0 / own.give[j]
-        force, slope = linearize(layer, softness, worn, gaps, solved, own, j)
+        force, slope = linearize(layer, worn, gaps, solved, own, j)
         alike = alike and near_enough(force, push, largest, max(slope, steep), solved)
     return alike
 
@@ -356,7 +368,7 @@ def widened(layer, worn, gaps, size, lam, opened, space, own):
 
 
 @rare
-def press_any(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam,
+def press_any(layer, worn, gaps, w_rotor, compliance, index, shape, lam,
               opened, space, own):  # fmt: skip
     """Compute the contact forces of all tips on the layer, whichever press.
 
@@ -370,7 +382,7 @@ def press_any(layer, softness, worn, gaps, w_rotor, compliance, index, shape, la
             own.w[j, i] = w_rotor[j, i]
     for attempt in range(ATTEMPTS):
         for j in range(blades):
-            linearize(layer, softness, worn, gaps, own.sunk[j], own, j)
+            linearize(layer, worn, gaps, own.sunk[j], own, j)
             own.w[j, j] = w_rotor[j, j] + own.give[j]
             space.have[j] = 0
         active = complementarity(
@@ -379,7 +391,7 @@ def press_any(layer, softness, worn, gaps, w_rotor, compliance, index, shape, la
         if active < 0:
             break
         share = 0.5 ** (attempt // PATIENCE)
-        if agree(layer, softness, worn, gaps, lam, opened, share, own):
+        if agree(layer, worn, gaps, lam, opened, share, own):
             found = active
             break
     for j in range(blades):
@@ -388,7 +400,7 @@ def press_any(layer, softness, worn, gaps, w_rotor, compliance, index, shape, la
 
 
 @part
-def linearize(layer, softness, worn, gaps, sunk, own, j):
+def linearize(layer, worn, gaps, sunk, own, j):
     """Replace the rods under tip j by a linear spring, for one step of Newton's method.
 
     The spring is the tangent of P(s), the force of the rods, at the depth `sunk`, m,
@@ -399,7 +411,7 @@ def linearize(layer, softness, worn, gaps, sunk, own, j):
 
     Arguments are those of `press`; j : number of the tip
     """
-    force, slope, alike = tip_force(layer, softness, worn, own.rod[j], sunk)
+    force, slope, alike = tip_force(layer, own.soft[j], worn, own.rod[j], sunk)
     offset, steep = sunk, slope
     if slope == 0.0:
         alike, steep = 0.0, 1.0 / layer.flex
@@ -426,7 +438,7 @@ def near_enough(force, push, largest, steep, sunk):
 
 
 @rare
-def agree(layer, softness, worn, gaps, lam, opened, share, own):
+def agree(layer, worn, gaps, lam, opened, share, own):
     """Return whether the solution with linear springs satisfies the law of the rods.
 
     The law is lam = P(s), the force of the rods on a tip at the depth s. If it holds,
@@ -440,7 +452,7 @@ def agree(layer, softness, worn, gaps, lam, opened, share, own):
         largest = max(largest, lam[j])
     for j in range(len(lam)):
         solved = spring_depth(gaps, lam[j], own, j) - opened[j]
-        force, slope, _ = tip_force(layer, softness, worn, own.rod[j], solved)
+        force, slope, _ = tip_force(layer, own.soft[j], worn, own.rod[j], solved)
         steep = max(slope, 1.0 / own.give[j])
         alike = alike and near_enough(force, lam[j], largest, steep, solved)
         own.shifted[j] = solved
@@ -454,14 +466,13 @@ def agree(layer, softness, worn, gaps, lam, opened, share, own):
 
 
 @part
-def wear(layer, softness, worn, lam, last, ledger, own):
+def wear(layer, worn, lam, last, ledger, own):
     """Wear the rods that tips press beyond the limit in a step: set depths and works.
 
     The work of wear is entered in the ledger as WEAR, which the entry IMPACT includes.
     The work of the rotation on rods that tips slide onto is entered by `turn`.
 
-    layer, softness : `kernel_types.Layer`; m/N, wear in a step per force beyond the
-        limit
+    layer : `kernel_types.Layer`
     worn : (3, M), in and out: worn depth, m, and works, J, of the layer's rods
     lam, last : (N,), multipliers, N; gaps to the unworn surface at the start of the
         step, m
@@ -470,6 +481,7 @@ def wear(layer, softness, worn, lam, last, ledger, own):
     size, total = worn.shape[1], ledger[WEAR]
     for j in range(len(lam)):
         rod, under = own.rod[j], layer.under if lam[j] > 0.0 else 0
+        softness = own.soft[j]
         for _ in range(under):
             depth = worn[DEPTH, rod]
             force, _, _ = rod_force(layer, softness, depth, own.sunk[j])
@@ -574,7 +586,7 @@ def is_inside(entered):
 
 @part
 def press_rods(rods, turned, before, speed, gaps, row, lowest, state, solver, own):
-    """Find the forces of a step of all tips on the layer, and wear it.
+    """Find the forces of a step of all tips on the layer; `wear_rods` wears it.
 
     Return the number of tips that press, the first ones of solver.push and
     solver.where; 0 if none; -1 if no solution was found. It is a term of the time loop
@@ -601,18 +613,135 @@ def press_rods(rods, turned, before, speed, gaps, row, lowest, state, solver, ow
     pressed = to_worn(turned, before, rods, worn, layer.under, own, near, entered) < 0.0
     leave(layer, worn, entered, ledger, own)
     if pressed:
-        softness = layer.soft + layer.rub * abs(speed)
+        for j in range(blades):
+            own.soft[j] = layer.soft + layer.rub * abs(speed)
         active = press(
-            layer, softness, worn, near, rods.w, rods.none, rods.places, rods.shape,
-            lam, opened, solver.fallback, own,
+            layer, worn, near, rods.w, rods.none, rods.places, rods.shape, lam, opened,
+            solver.fallback, own,
         )  # fmt: skip
-        if active < 0:
-            return active
-        wear(layer, softness, worn, lam, entered, ledger, own)
-        note_pressed(active, gaps, row, state.known, solver, blades, wide)
-    for j in range(blades):
-        entered[j] = min(opened[j], 0.0)
+        if active >= 0:
+            note_pressed(active, gaps, row, state.known, solver, blades, wide)
     return active
+
+
+@inlined
+def wear_rods(rods, active, state, solver, own):
+    """Wear the layer by the forces of a step, after `press_rods` and any friction.
+
+    active : number of tips that press; other arguments are those of `press_rods`
+    """
+    if active > 0:
+        wear(rods.layer, state.worn, solver.lam, state.entered, state.ledger, own)
+    for j in range(len(state.entered)):
+        state.entered[j] = min(solver.opened[j], 0.0)
+
+
+@rare
+def rub_rods(layer, worn, gaps, law, step, index, shape, lam, tau, opened, touch, space,
+             own):  # fmt: skip
+    """Compute normal forces and friction of tips that rub on the layer.
+
+    Solve lam = P(s) with Coulomb's law: each step of Newton's method solves the problem
+    of `coulomb` for tips on springs. Return the number of tips in contact, -1 without a
+    solution.
+
+    layer, worn : as in `press`; gaps, m, are those to the unworn surface, without
+        contact forces, and `opened` with them
+    law, step, index, shape, lam, tau, touch, space : as in `coulomb.rub`, with slides
+        of all tips
+    own : `kernel_types.LayerSpace`, with the results of `to_worn`; out: `sunk`, `soft`
+    """
+    tips, found = len(gaps), -1
+    coefficients(law, step, tips, space)
+    for j in range(tips):
+        slid = abs(space.before[j]) / (law.radius * step) if law.always else 0.0
+        own.sunk[j], own.soft[j] = -gaps[j], layer.soft + layer.rub * slid
+        respond(j, law, index, shape, space)
+        own.w[j, j] = space.columns[j, j]
+    for attempt in range(ATTEMPTS):
+        for j in range(tips):
+            linearize(layer, worn, gaps, own.sunk[j], own, j)
+            space.columns[j, j] = own.w[j, j] + own.give[j]
+        active = rub_springs(law, index, shape, lam, opened, space, own)
+        if active < 0:
+            break
+        share = 0.5 ** (attempt // PATIENCE)
+        if agree(layer, worn, gaps, lam, opened, share, own):
+            found = active
+            break
+    for j in range(tips):
+        space.columns[j, j] = own.w[j, j]
+    list_rubbing(lam, tau, touch, space)
+    return found
+
+
+@part
+def rub_springs(law, index, shape, lam, opened, space, own):
+    """Compute normal forces and friction of tips that rub on springs of `linearize`.
+
+    Return the number of tips in contact, -1 without a solution. Arguments are those of
+    `rub_rods`.
+    """
+    size, more, active = 0, 0, 0
+    for j in range(len(lam)):
+        lam[j], space.tau[j], opened[j] = 0.0, 0.0, own.shifted[j]
+        if own.shifted[j] < 0.0:
+            space.chosen[more] = j
+            more += 1
+        else:
+            space.state[j] = CLEAR
+    while size < more:
+        size = more
+        active, more = solve_coulomb(
+            own.shifted, size, law, index, shape, lam, opened, space
+        )
+    return active
+
+
+@part
+def choose_on(rods, gaps, law, space):
+    """List the tips whose slides `rub_on` needs in space.chosen; return their number.
+
+    On a layer these are all tips.
+
+    rods, gaps, law, space : `kernel_types.Rods`; as in `coulomb.choose`
+    """
+    size = choose(gaps, law, space)
+    if len(rods.angle) == 0:
+        return size
+    return choose_all(space.chosen)
+
+
+@part
+def choose_all(chosen):
+    """List all tips in chosen (N,); return their number."""
+    for j in range(len(chosen)):
+        chosen[j] = j
+    return len(chosen)
+
+
+@part
+def rub_on(rods, size, slides, worn, solver, friction, own):
+    """Compute a step's normal forces and friction, on a layer or on a rigid surface.
+
+    It is a term of the loop `points`; return as `coulomb.rub` does.
+
+    rods, slides : `kernel_types.Rods`; law and responses of set-valued friction
+    size, worn : number of tips chosen, see `choose_on`; state of the rods
+    solver, friction, own : `kernel_types.ConstantSpace`, with gaps without contact in
+        `near`; `CoulombSpace`; `LayerSpace`
+    """
+    if len(rods.angle) > 0:
+        active = rub_rods(
+            rods.layer, worn, solver.near, slides.law, slides.step, slides.places,
+            slides.shape, solver.lam, friction.after, solver.opened, solver.fallback,
+            friction, own,
+        )  # fmt: skip
+        return active, size
+    return rub(
+        solver.near, size, slides.law, slides.step, slides.places, slides.shape,
+        solver.lam, friction.after, solver.opened, solver.fallback, friction,
+    )  # fmt: skip
 
 
 @inlined

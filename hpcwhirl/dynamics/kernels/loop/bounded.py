@@ -53,6 +53,7 @@ from hpcwhirl.dynamics.kernels.layer import (
     keep_depth,
     layer_space,
     press_rods,
+    wear_rods,
 )
 from hpcwhirl.dynamics.kernels.loop.circulant import constant_space, guess, solved
 from hpcwhirl.dynamics.kernels.loop.passes import copy_to
@@ -435,6 +436,8 @@ def touch_points(rows, rotor, contact, wall, mu, step, speed, thrust, angle, eve
         active, loose = slide_points(
             rows, contact, mu, speed, moves, free, row, active, state, space
         )
+    if layered and active >= 0:
+        wear_rods(contact.rods, active, state, solver, space.layer)
     if active > 0 and len(contact.slides.aside) > 0:
         rub_aside(contact.slides, mu, active, loose, state, space)
     if active > 0:
@@ -552,7 +555,7 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
         np.zeros_like(state.ledger), np.full(3, -1.0),
         np.zeros(room_of.py_func(stand)), np.zeros(2),
         layer_space.py_func(len(state.entered)),
-        constant_response(points, slides.law),
+        constant_response(points, slides.law, springs=len(state.entered) > 0),
     )  # fmt: skip
 
 

@@ -15,11 +15,10 @@ from hpcwhirl.dynamics.kernels.coulomb import (
     STICKS,
     book_aside,
     book_rub,
-    choose,
     dragged,
-    rub,
 )
 from hpcwhirl.dynamics.kernels.keep_inverse import blade_at, place_of
+from hpcwhirl.dynamics.kernels.layer import choose_on, rub_on
 from hpcwhirl.dynamics.kernels.loop.point_rows import read_every
 from hpcwhirl.dynamics.kernels.loop.whole import (
     add_rows,
@@ -46,7 +45,7 @@ def slide_on(slides, mu, moved, active, q, space):
     """
     law, push, where = slides.law, space.solver.push, space.solver.where
     points, modes = len(slides.rush), len(slides.rises) // len(slides.rush)
-    states, obeys = space.friction.state, not law.decay > 0.0
+    states, obeys = space.friction.state, not law.always
     states[:] = CLEAR
     for s in range(active):
         if push[s] > 0.0 and law.friction > 0.0:
@@ -62,7 +61,7 @@ def slide_on(slides, mu, moved, active, q, space):
 
 
 @part
-def rub_points(rows, slides, mu, moves, free, row, state, space):
+def rub_points(rows, contact, mu, moves, free, row, state, space):
     """Solve a step's normal forces and friction together, by Coulomb's law.
 
     Return the number of points in contact, -1 without a solution. What friction has
@@ -73,19 +72,19 @@ def rub_points(rows, slides, mu, moves, free, row, state, space):
     free, row : amplitudes before any force of the step; index of the step's clearances
     """
     friction, solver, whole, q = space.friction, space.solver, space.opened, state.rotor
-    points, wide = len(slides.rush), len(whole) // 2
+    slides, rods, points = contact.slides, contact.rods, len(solver.near)
+    wide = len(whole) // 2
     read_every(rows, q, points, space.out, space.spectra)
     open_whole(space.out, state.gaps, row, whole)
     for j in range(points):
         solver.near[j] = whole[place_of(j, points, wide)]
-    size, more, active = 0, choose(solver.near, slides.law, friction), 0
+    size, more, active = 0, choose_on(rods, solver.near, slides.law, friction), 0
     while size < more:
         set_slides(slides, size, more, moves, free, q, friction)
         size = more
-        active, more = rub(
-            solver.near, size, slides.law, slides.step, slides.places, slides.shape,
-            solver.lam, friction.after, solver.opened, solver.fallback, friction,
-        )  # fmt: skip
+        active, more = rub_on(
+            rods, size, slides, state.worn, solver, friction, space.layer
+        )
     for j in range(points):
         put(whole, j, points, wide, solver.opened[j])
     for s in range(active):
@@ -106,7 +105,7 @@ def set_slides(slides, first, last, moves, free, q, friction):
     for s in range(first, last):
         j = friction.chosen[s]
         friction.slides[j] = tip_by_waves(slides.rises, j, q, modes) - moves[0]
-        if slides.law.decay > 0.0:
+        if slides.law.always:
             before = tip_by_waves(slides.pasts, j, free, modes)
             friction.before[j] = before - moves[1]
 
@@ -121,7 +120,7 @@ def slide_points(rows, contact, mu, speed, moves, free, row, active, state, spac
     slides, solver = contact.slides, space.solver
     loose = not slide_on(slides, mu, moves[0], active, state.rotor, space) or active < 0
     if loose:
-        active = rub_points(rows, slides, mu, moves, free, row, state, space)
+        active = rub_points(rows, contact, mu, moves, free, row, state, space)
     book_rub(mu, solver.push, solver.where, active, speed, slides.step, moves, loose,
              state, space.friction)  # fmt: skip
     return active, loose

@@ -23,11 +23,10 @@ from hpcwhirl.dynamics.kernels.coulomb import (
     STICKS,
     book_aside,
     book_rub,
-    choose,
     dragged,
-    rub,
 )
 from hpcwhirl.dynamics.kernels.keep_inverse import place_of
+from hpcwhirl.dynamics.kernels.layer import choose_on, rub_on
 from hpcwhirl.dynamics.kernels.loop.sectors import at_blade
 from hpcwhirl.dynamics.kernels.loop.slots import (
     CASING,
@@ -237,7 +236,7 @@ def slide_on(rows, slides, mu, moved, active, state, space):
     for c in range(0, 2 * k, FOUR):
         store(along, c, load(radial, c))
     add_by(slides.fixed, SLID, k, state.lam, along)
-    states, obeys = space.friction.state, not slides.law.decay > 0.0
+    states, obeys = space.friction.state, not slides.law.always
     states[:] = CLEAR
     for s in range(active):
         j = space.solver.where[s]
@@ -258,7 +257,7 @@ def set_slides(rows, slides, first, last, moves, space):
     for s in range(first, last):
         j = friction.chosen[s]
         friction.slides[j] = at_blade(rows.turns, j, k, space.radial, 0) - moves[0]
-        if slides.law.decay > 0.0:
+        if slides.law.always:
             before = at_blade(rows.turns, j, k, space.slip, 0)
             friction.before[j] = before - moves[1]
 
@@ -276,7 +275,7 @@ def read_past(slides, q, space):
 
 
 @part
-def rub_slots(rows, rotor, slides, mu, moves, thrust, angle, state, space):
+def rub_slots(rows, rotor, contact, mu, moves, thrust, angle, state, space):
     """Solve a step's normal forces and friction together; apply the rest of friction.
 
     Return the number of tips in contact, -1 without a solution.
@@ -285,21 +284,21 @@ def rub_slots(rows, rotor, slides, mu, moves, thrust, angle, state, space):
     thrust, angle : as in `add_unseen`
     """
     friction, solver, along = space.friction, space.solver, space.along
+    slides, rods = contact.slides, contact.rods
     k, wide, blades = len(along) // 2, len(space.again) // 2, len(state.last)
     read_moves(rows, state.rotor, along)
     add_unseen(rotor, thrust, angle, space.push, k, along)
-    if slides.law.decay > 0.0:
+    if slides.law.always:
         read_past(slides, state.rotor, space)
     for j in range(blades):
         solver.near[j] = space.again[place_of(j, blades, wide)]
-    size, more, active = 0, choose(solver.near, slides.law, friction), 0
+    size, more, active = 0, choose_on(rods, solver.near, slides.law, friction), 0
     while size < more:
         set_slides(rows, slides, size, more, moves, space)
         size = more
-        active, more = rub(
-            solver.near, size, slides.law, slides.step, slides.places, slides.shape,
-            solver.lam, friction.after, solver.opened, solver.fallback, friction,
-        )  # fmt: skip
+        active, more = rub_on(
+            rods, size, slides, state.worn, solver, friction, space.layer
+        )
     row = state.counter[STEP] % 3 * 2 * wide
     for j in range(blades):
         state.gaps[row + place_of(j, blades, wide)] = solver.opened[j]
@@ -371,7 +370,7 @@ def slide_slots(rows, rotor, contact, mu, speed, moves, thrust, angle, active, s
     slides, solver = contact.slides, space.solver
     loose = not slide_on(rows, slides, mu, moves[0], active, state, space) or active < 0
     if loose:
-        active = rub_slots(rows, rotor, slides, mu, moves, thrust, angle, state, space)
+        active = rub_slots(rows, rotor, contact, mu, moves, thrust, angle, state, space)
     book_rub(
         mu, solver.push, solver.where, active, speed, slides.step, moves, loose, state,
         space.friction,

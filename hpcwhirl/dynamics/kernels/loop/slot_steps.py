@@ -49,6 +49,7 @@ from hpcwhirl.dynamics.kernels.layer import (
     keep_depth,
     layer_space,
     press_rods,
+    wear_rods,
 )
 from hpcwhirl.dynamics.kernels.loop.circulant import by_slots, circulant_space, solved
 from hpcwhirl.dynamics.kernels.loop.cyclic import read_before
@@ -372,6 +373,8 @@ def touch_slots(rows, rotor, contact, wall, mu, step, speed, thrust, angle, _eve
         )
     if not lowest < 0.0 and not is_inside(state.entered):
         return 0
+    if is_loose(contact.slides):
+        keep_gaps(gaps, now * 2 * wide, space.again)
     if len(state.entered) > 0:
         turned = angle_at(wall, speed, time) % (2.0 * math.pi)
         started = angle_at(wall, speed, (counter[STEP] - 1) * step)
@@ -380,8 +383,6 @@ def touch_slots(rows, rotor, contact, wall, mu, step, speed, thrust, angle, _eve
             solver, space.layer,
         )  # fmt: skip
     else:
-        if is_loose(contact.slides):
-            keep_gaps(gaps, now * 2 * wide, space.again)
         active = solved(gaps, now * 2 * wide, lowest, blades, wide, solver)
     if active > 0:
         write_forces(rows, active, state, space)
@@ -390,6 +391,8 @@ def touch_slots(rows, rotor, contact, wall, mu, step, speed, thrust, angle, _eve
         active = slide_slots(
             rows, rotor, contact, mu, speed, moves, thrust, angle, active, state, space
         )  # fmt: skip
+    if len(state.entered) > 0 and active >= 0:
+        wear_rods(contact.rods, active, state, solver, space.layer)
     if active > 0 and len(contact.slides.at) > 0:
         rub_aside(contact.slides, mu, state, space)
     if active > 0:
@@ -610,7 +613,9 @@ def slot_space(arrays: Arrays, state: CyclicState) -> SlotSpace:
         np.full(3, -1.0),
         state._replace(rotor=state.rotor.copy(), counter=state.counter.copy()),
         layer_space.py_func(len(state.entered)),
-        constant_response(blades, arrays.contact.slides.law),
+        constant_response(
+            blades, arrays.contact.slides.law, springs=len(state.entered) > 0
+        ),
         np.zeros((2 * width + FOUR) * loose), past,
     )  # fmt: skip
 

@@ -54,11 +54,13 @@ from hpcwhirl.dynamics.kernels.coulomb import (
     rub,
 )
 from hpcwhirl.dynamics.kernels.layer import (
+    choose_all,
     closed_by,
     keep_depth,
     layer_space,
     leave,
     press,
+    rub_rods,
     to_worn,
     wear,
 )
@@ -312,9 +314,10 @@ def march_bodies(
         if lowest < 0.0:
             space.have[:] = 0  # W changes as the blades pass
             if layered:
+                own_rods.soft[:] = softness
                 active = press(
-                    layer, softness, worn, gaps, w_rotor, compliance, index, shape,
-                    lam, opened, space, own_rods,
+                    layer, worn, gaps, w_rotor, compliance, index, shape, lam, opened,
+                    space, own_rods,
                 )  # fmt: skip
             else:
                 active = complementarity(
@@ -323,11 +326,6 @@ def march_bodies(
             if active < 0 and not loose:
                 counter[STOP] = COMPLEMENTARITY
                 return
-            closing = older
-            if layered:
-                wear(layer, softness, worn, lam, last, ledger, own_rods)
-                closed_by(older, opened, own_rods.shifted)
-                closing = own_rods.shifted
             for j in range(blades):
                 tau[j] = mu * lam[j]
             if loose:
@@ -351,6 +349,12 @@ def march_bodies(
                         index, shape, along_b, along_c, friction.slides,
                     )  # fmt: skip
                     size, more = 0, choose(gaps, coulomb, friction)
+                    if layered:
+                        size = more = choose_all(friction.chosen)
+                        active = rub_rods(
+                            layer, worn, gaps, coulomb, step, index, shape, lam, tau,
+                            opened, space, friction, own_rods,
+                        )  # fmt: skip
                     while size < more:
                         size = more
                         active, more = rub(
@@ -368,6 +372,11 @@ def march_bodies(
                 book_slides(lam, tau, step, mu, moves, counter, ledger, friction)
             else:
                 push_apart(rotor, casing, b, c, lam, tau, own, inward, index, shape)
+            closing = older
+            if layered:
+                wear(layer, worn, lam, last, ledger, own_rods)
+                closed_by(older, opened, own_rods.shifted)
+                closing = own_rods.shifted
             if lost >= 0:
                 opened[lost] = NOWHERE
             book_forces(rotor, b, ledger)
