@@ -31,7 +31,7 @@ def handed_over(model: Model, scene: Scene) -> str:
         (casing.contact_law != RIGID, "the casing wears"),
         (
             spin is not None and not spin.is_plain,
-            "supports differ by direction or have a film",
+            "supports differ by direction, have a film, or are stops",
         ),
         (weighs(scene), "the rotor's weight moves it in its own frame"),
         (model.rotor.points is not None, "tips have several contact points"),

@@ -31,9 +31,11 @@ from hpcwhirl.case.profile import (
 from hpcwhirl.case.speed import check_change, extremes, law_of
 from hpcwhirl.case.unbalance import (
     check_films,
+    check_stops,
     check_unbalance,
     films_of,
     is_unbalanced,
+    stops_of,
 )
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bearing_laws import FULLEST
@@ -78,6 +80,7 @@ def check_limits(model: Model, scene: Scene) -> None:
     check_supports(model, scene)
     check_unbalance(model, scene)
     check_films(model, scene)
+    check_stops(model, scene)
     check_step(model, scene)
     check_count(scene)
     check_loading(scene)
@@ -233,11 +236,13 @@ def _ellipse_refused(spin: Spin, scheme: str) -> str:
 
     spin, scheme : the rotor's terms of rotation; name of the scheme
     """
-    where = "where supports differ by direction or have a film"
+    where = "where supports differ by direction, have a film, or are stops"
     if scheme == "paper":
         return f"with scheme paper {where}"
     if not spin.is_round and films_of(spin):
         return "where supports differ by direction and have a film"
+    if not spin.is_round and stops_of(spin):
+        return "where supports differ by direction and a stop holds the shaft"
     return ""
 
 

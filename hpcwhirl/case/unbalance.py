@@ -315,7 +315,7 @@ def _film(spin: Spin, place: int) -> Support:
 def _rows_of(model: Model, spin: Spin, place: int) -> Floats:
     """Return the displacements x, y of a support for unit coordinates, (2, n)."""
     if place > 0:
-        return spin.stations[place - 1].rows
+        return np.asarray(spin.stations[place - 1].rows)
     return np.eye(len(model.rotor.mass))[2 * model.blades : 2 * model.blades + 2]
 
 
@@ -442,6 +442,28 @@ def check_films(model: Model, scene: Scene) -> None:
                 f"rotor's weight, {sag:.6g} m, would close the squeeze film, got "
                 f"{clearance:.6g}"
             )
+
+
+def check_stops(model: Model, scene: Scene) -> None:
+    """Raise InputError if a rotor rests on a stop by its weight and circle."""
+    found, spin = steady(model, scene), model.rotor.spin
+    if found is None or spin is None:
+        return
+    for place in stops_of(spin):
+        rows, own = _rows_of(model, spin, place), spin.supports[place]
+        sag = float(np.linalg.norm(np.abs(rows @ found.of(1)))) / math.sqrt(2.0)
+        reached = sag + float(np.hypot(*(rows @ found.still)))
+        if isinstance(own, Support) and not reached < own.stop:
+            raise InputError(
+                f"stop_clearance must be > {reached:.6g} m: the rotor would rest on "
+                f"the stop without any contact of blades, got {own.stop:.6g}"
+            )
+
+
+def stops_of(spin: Spin) -> list[int]:
+    """Return which of a rotor's supports, `Spin.supports`, are or have stops."""
+    every = enumerate(spin.supports)
+    return [i for i, own in every if isinstance(own, Support) and own.stop > 0.0]
 
 
 def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:

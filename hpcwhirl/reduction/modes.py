@@ -305,7 +305,8 @@ def centre_rows(model: ModalModel, blades: int) -> Floats:
 def unlike(model: ModalModel, blades: int) -> tuple[supports.Station, ...]:
     """Return the supports whose force no constant matrix gives, with their places.
 
-    They differ by direction or have a squeeze film; () for a rotor without any.
+    They differ by direction, have a squeeze film, or are stops, the last ones; () for a
+    rotor without any.
 
     model, blades : modal model of the rotor; N
     """
@@ -316,7 +317,7 @@ def unlike(model: ModalModel, blades: int) -> tuple[supports.Station, ...]:
     if has_centre(model, blades):
         hub = np.eye(len(model.shapes))[2 * blades : 2 * blades + 2]
         every = supports.Station(hub, spin.support), *every
-    return tuple(one for one in every if not one.support.is_plain)
+    return supports.apart_of(every)
 
 
 def unlike_waves(
@@ -324,10 +325,14 @@ def unlike_waves(
 ) -> list[tuple[Complexes, supports.Support | supports.Bearing]]:
     """Return the supports of `unlike`, with their motion in modes as `SpinBlock.hub`.
 
+    They are those of a rotor whose centre is free.
+
     spin, piece : terms of rotation; modes of a nodal diameter that move the centre
     """
-    every = zip((piece.hub, *piece.stations), spin.supports, strict=True)
-    return [(row, own) for row, own in every if not own.is_plain]
+    rows: tuple[Any, ...] = piece.hub, *piece.stations
+    pairs = zip(rows, spin.supports, strict=True)
+    every = supports.apart_of(tuple(supports.Station(*pair) for pair in pairs))
+    return [(one.rows, one.support) for one in every]
 
 
 def with_ratio(

@@ -66,6 +66,7 @@ from hpcwhirl.reduction.bearing_laws import (
 )
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.structure import LineSupport, Mount
+from hpcwhirl.structure.shaft import STOP
 
 NONE, NO_COLUMNS = np.zeros(1), np.zeros((1, 8))  # a table of speeds without numbers
 CLOSED = 0.99  # eps beyond which damping is taken as constant
@@ -93,6 +94,8 @@ class Support:
         others are the linearisation; stiffness that the rotor's own matrix has in its
         place; rad/s, and displacement in equilibrium, m, static frame, of the
         linearisation
+    stop, rub : clearance, m, of a ring that stops the rotor there, 0: none; its
+        coefficient of friction
     """
 
     stiffness: complex = 0j
@@ -105,6 +108,8 @@ class Support:
     spring: float = 0.0
     speed: float = 0.0
     place: complex = 0j
+    stop: float = 0.0
+    rub: float = 0.0
 
     @property
     def is_round(self) -> bool:
@@ -117,6 +122,11 @@ class Support:
     @property
     def is_plain(self) -> bool:
         """Whether the supports' matrices in the rotating frame are constant in time."""
+        return self.is_linear and self.stop == 0.0
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the matrices have all its force but that of a stop."""
         return self.is_round and self.film == 0.0 and self.bearing is None
 
     def at(self, speed: float) -> Support:
@@ -335,11 +345,12 @@ class Station:
 
     Attributes
     ----------
-    rows : (2, n), its displacements x, y for unit coordinates of the rotor
-    support : springs, dampers and squeeze film
+    rows : (2, n), its displacements x, y for unit coordinates of the rotor, or (m,)
+        those of waves, see `modes.unlike_waves`
+    support : springs, dampers, squeeze film and stop
     """
 
-    rows: Floats
+    rows: Any
     support: Support | Bearing
 
     @property
@@ -356,11 +367,20 @@ def of_line(own: LineSupport) -> Support | Bearing:
 
     Its stiffness at the first speed, which is part of the line's, is left out.
     """
-    if own.law:
+    if own.law and own.law[0] != STOP:
         return LoadedBearing(NONE, NO_COLUMNS, own.springs, law=law_of(own.law))
+    return at_rest(own) or bearing_of(list(own.rows), own.springs)
+
+
+def at_rest(own: LineSupport) -> Support | None:
+    """Return a film or a stop of a shaft line; None: it is another support."""
+    if own.law and own.law[0] == STOP:
+        _, clearance, rub = own.law
+        return Support(stop=float(clearance), rub=float(rub))
     if own.film:
-        return Support(damping=own.film + 0j, film=own.film, clearance=own.clearance)
-    return bearing_of(list(own.rows), own.springs)
+        c = own.clearance
+        return Support(damping=own.film + 0j, film=own.film, clearance=c, stop=c)
+    return None
 
 
 def law_of(numbers: tuple[str | float, ...]) -> Law:
@@ -371,6 +391,25 @@ def law_of(numbers: tuple[str | float, ...]) -> Law:
         return Journal(viscosity * radius * (length / c) ** 3, c)
     hertz, c, balls, cage = map(float, rest)
     return Rolling(hertz, c, int(balls), cage)
+
+
+def apart_of(stations: tuple[Station, ...]) -> tuple[Station, ...]:
+    """Return the supports whose force no constant matrix gives; stops come last.
+
+    Each stop is a support by itself.
+    """
+    forces = tuple(one for one in stations if not _is_linear(one.support))
+    stops = tuple(
+        Station(one.rows, Support(stop=one.support.stop, rub=one.support.rub))
+        for one in stations
+        if isinstance(one.support, Support) and one.support.stop > 0.0
+    )
+    return *forces, *stops
+
+
+def _is_linear(own: Support | Bearing) -> bool:
+    """Return whether constant matrices give all forces but that of a stop."""
+    return own.is_linear if isinstance(own, Support) else own.is_plain
 
 
 ROUND = Support()  # only the springs in the rotor's matrix

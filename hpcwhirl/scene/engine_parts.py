@@ -103,8 +103,14 @@ class Rotor(Inputs):
     film_radius: Positive = given(0.06, "m",
         "radius R of the squeeze film", symbol="R_f")
     film_clearance: Positive = given(2e-4, "m",
-        "radial clearance c of the squeeze film; the centre should not move farther, "
-        "which the result centre_peak shows", symbol="c_f")
+        "radial clearance c of the squeeze film, at which its ring touches the "
+        "housing", symbol="c_f")
+    stop_clearance: NonNegative = given(0.0, "m",
+        "radial clearance of a ring at rest that stops the centre, as an auxiliary "
+        "bearing does; 0: none; only with rotation full, scheme general, paper or "
+        "modal", symbol="c_s")
+    stop_friction: NonNegative = given(0.0, "1",
+        "friction coefficient of that ring, against the rotation", symbol="μ_s")
     bearing: Annotated[str, AfterValidator(bearing_table)] = given("", "1",
         "table of a bearing's coefficients over speed; it replaces springs and damper "
         "at the centre; a CSV or TOML file with the columns speed, rad/s, kxx, kxy, "

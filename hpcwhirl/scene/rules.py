@@ -32,6 +32,7 @@ STANDING = (  # inputs of supports that must be 0 unless rotation is full
     "stiffness_difference",
     "damping_difference",
     "film_viscosity",
+    "stop_clearance",
 )
 WHOLE = (  # (input of a rotor, value that it must have unless rotation is full)
     ("shaft", "springs"),

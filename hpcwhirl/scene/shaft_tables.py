@@ -73,7 +73,8 @@ ROLLING = {"rolling_stiffness": "1", "rolling_clearance": "m",
            "rolling_balls": "1", "rolling_cage": "1"}  # fmt: skip
 CAGE = 0.4  # usual speed of a cage over that of the rotor
 FEWEST_BALLS, MOST_BALLS = 3, 200
-LAWS = {"journal": JOURNAL, "rolling": ROLLING}
+STOP = {"stop_clearance": "m", "stop_friction": "1"}
+LAWS = {"journal": JOURNAL, "rolling": ROLLING, "stop": STOP}
 PEDESTAL = "pedestal_mass", "pedestal_kxx", "pedestal_cxx"
 LINE = {"sections", "disks", "bearings", "viscous", "loss", *MATERIAL}
 ROSS = "ShaftElement", "DiskElement", "BearingElement", "SealElement", "PointMass"
@@ -387,6 +388,9 @@ def _law(kind: str, given: Mapping[str, Any], where: str) -> list[float]:
     """
     if kind == "journal":
         return _positive(given, JOURNAL, where, "journal bearing")
+    if kind == "stop":
+        rub = _number({"stop_friction": 0.0, **given}, "stop_friction", "1", where)
+        return [*_positive(given, {"stop_clearance": "m"}, where, "stop"), rub]
     usual: dict[str, Any] = {"rolling_clearance": 0.0, "rolling_cage": CAGE, **given}
     stiffness = usual.get("rolling_stiffness")
     if isinstance(stiffness, str):  # no unit of UDUNITS has a broken power

@@ -42,6 +42,8 @@ class RotorInputs(TypedDict, total=False):
     film_length: Number
     film_radius: Number
     film_clearance: Number
+    stop_clearance: Number
+    stop_friction: Number
     bearing: str
     lost_blade: int
     shaft: str

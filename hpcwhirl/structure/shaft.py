@@ -51,6 +51,7 @@ POINTS, WEIGHTS = (_X + 1) / 2, _W / 2
 NODE = 2  # coordinates of a node: Z, Phi
 GROUND = -1  # of `LineSupport.to`
 WHOLE, INNER = -1, -2  # of `LineSupport.part`
+STOP = "stop"  # kind of `LineSupport.law`
 
 
 @dataclass(frozen=True)
@@ -186,7 +187,8 @@ class LineSupport:
     film, clearance : damping c_0, N s/m, of a squeeze film, which c_xx and c_yy
         include, and its clearance, m; 0: no film
     law : ("journal", mu, L, R, c) or ("rolling", K, c, n, share of the cage) of a
-        bearing, see `reduction.bearing_laws`; () for another support
+        bearing, see `reduction.bearing_laws`; (`STOP`, c, mu) of a ring with friction
+        that stops the shaft; () for another support
     part : number of the support over the whirl's frequency of whose force this one is a
         part; `INNER`: it holds the mass of a branch of such a support; `WHOLE`: neither
     at_rest : stiffness in the modes at rest, N/m; None: the mean at the first speed
@@ -255,6 +257,8 @@ class AddedMass:
 def _reference(law: tuple[str | float, ...]) -> float:
     """Return a stiffness, N/m, of a bearing; law : `LineSupport.law`."""
     kind, *numbers = law
+    if kind == STOP:
+        return 0.0
     a, b, c, d = map(float, numbers)
     if kind == "journal":  # mu, L, R, c
         return 100.0 * a * c * (b / d) ** 3

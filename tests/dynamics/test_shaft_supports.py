@@ -31,6 +31,9 @@ JOURNAL = {"journal_viscosity": 0.02, "journal_length": 0.04, "journal_radius": 
            "journal_clearance": 1e-4}  # fmt: skip
 ROLLING = {"rolling_stiffness": 1e10, "rolling_balls": 7, "rolling_clearance": 2e-5,
            "rolling_cage": 0.42, "cxx": 2e3}  # fmt: skip
+THIN = {**FILM, "film_viscosity": 2e-6, "film_clearance": 1e-4}
+STOP = {"stop_clearance": 6e-5, "stop_friction": 0.3}
+WALL = 2e11, 2e5  # N/m, N s/m, in the place of what is rigid
 AROUND = np.exp(2j * np.pi * np.arange(400) / 400)
 INERTIA = {"polar_inertia": 3.0, "tilt_inertia": 1.6}
 FAST, AT = 0.8, 1  # m/s along x of shaft and wheel; its station
@@ -50,6 +53,16 @@ def whole(scene):
     return replace(line, disks=(disk,))
 
 
+def wall(clearance, z, v, rub=0.0):
+    """Return the force of a stop that is a stiff damped spring; rub : with its sign."""
+    size = abs(z)
+    if not size > clearance:
+        return 0j
+    closing = (v * z.conjugate()).real / size
+    press = max(WALL[0] * (size - clearance) + WALL[1] * closing, 0.0)
+    return -press * (1 + 1j * rub) * z / size
+
+
 def force(own, z, v):
     """Return the force of a support by its eight coefficients, or by its film."""
     if own.film:
@@ -57,7 +70,8 @@ def force(own, z, v):
         along, across = film_shares(size / own.clearance)
         way = z / size if size else 1.0
         turned = v * np.conj(way)
-        return -own.film * complex(along * turned.real, across * turned.imag) * way
+        film = -own.film * complex(along * turned.real, across * turned.imag) * way
+        return film + wall(own.clearance, z, v)
     _, kxx, kxy, kyx, kyy, cxx, cxy, cyx, cyy = own.rows[0]
     return -complex(
         kxx * z.real + kxy * z.imag + cxx * v.real + cxy * v.imag,
@@ -71,6 +85,8 @@ def of_law(own, z, v, speed, cage):
     cage : rad, angle of the first ball
     """
     kind, *numbers = own.law
+    if kind == "stop":
+        return wall(numbers[0], z, v, numbers[1] * np.sign(speed))
     if kind == "journal":
         viscosity, length, radius, c = numbers
         stream = v - 0.5j * speed * z
@@ -160,6 +176,22 @@ LOADED = {
     "both, film": ({"station": 0, **JOURNAL}, {"station": 1, **FILM},
                    {"station": 2, **ROLLING}),
 }  # fmt: skip
+STOPPED = {
+    "stop": ({"station": 0, **OVAL}, {"station": 2, **OVAL, **STOP}),
+    "stop, pedestal": (
+        {"station": 0, **OVAL, **STOP},
+        {
+            "station": 2,
+            "kxx": 6e7,
+            "cxx": 2e4,
+            **STOP,
+            "pedestal_mass": 8.0,
+            "pedestal_kxx": 2e8,
+            "pedestal_cxx": 1e3,
+        },
+    ),
+    "films that bottom": ({"station": 0, **THIN}, {"station": 2, **THIN}),
+}
 CASES = [
     *itertools.product(
         SCENES, [(300.0, 0.0, "modal"), (-500.0, 60.0, "modal"),
@@ -167,6 +199,8 @@ CASES = [
     ),
     ("journals", (300.0, 60.0, "modal")), ("rolling", (-500.0, 60.0, "modal")),
     ("both, film", (-500.0, 60.0, "general")),
+    ("stop", (300.0, 0.0, "modal")), ("stop, pedestal", (-500.0, 0.0, "modal")),
+    ("films that bottom", (300.0, 0.0, "modal")), ("stop", (-500.0, 0.0, "general")),
 ]  # fmt: skip
 STIFFER = {"rotor.young": 1e14, "time_step": 2e-7, "duration": 2e-3}
 
@@ -178,8 +212,11 @@ def test_free_motion_is_that_of_the_line_in_the_static_frame(name, given):
     loaded = name in LOADED  # whose films resist by more than a wheel of beams bears
     more, off = (STIFFER, 2e-4) if loaded else ({}, 5e-3)
     fast = FAST / 8 if loaded else FAST
+    if name in STOPPED:  # the ring of the static frame yields
+        off = 2e-2
+    bearings = (SCENES | LOADED | STOPPED)[name]
     scene = stiff(
-        8, speed=speed, shaft=table(*(SCENES | LOADED)[name]), shaft_station=AT,
+        8, speed=speed, shaft=table(*bearings), shaft_station=AT,
         shaft_modes=20, gravity=gravity, unbalance=0.0, scheme=scheme, interval=1e-4,
         gap=1.0, amplitude_limit=1e3, plan="everything", suspension_damping=-1.0,
         **{"casing.kind": "rigid"}, **INERTIA,

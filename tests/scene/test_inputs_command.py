@@ -143,7 +143,7 @@ def test_an_unknown_name_is_one_line_with_the_nearest_known(capsys, wrong, right
 
 @pytest.mark.parametrize(
     ("word", "names"),
-    [("clearance", {"gap", "film_clearance"}),
+    [("clearance", {"gap", "film_clearance", "stop_clearance"}),
      ("Coulomb", {"friction"}), ("lobes", {"nodal_diameter"}),
      ("coriolis", {"rotation"})],
 )  # fmt: skip

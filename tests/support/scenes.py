@@ -81,6 +81,8 @@ BALLS = {"rolling_stiffness": 1e10, "rolling_balls": 7, "rolling_clearance": 1e-
          "rolling_cage": 0.42, "cxx": 2e3}  # fmt: skip
 JOURNALS = shaft({"station": 0, **SLIM}, {"station": 2, **SLIM, **PEDESTAL})
 LOADED = shaft({"station": 0, **SLIM}, {"station": 2, **BALLS})
+STOP = {"stop_clearance": 1e-5, "stop_friction": 0.2}
+STOPS = shaft({"station": 0, **OVAL, **STOP}, {"station": 2, "kxx": 6e7, **OIL, **STOP})
 WEIGHT = {"gravity": 9.81, "gravity_angle": -1.4}
 START = {
     "start_energy": 5.0, "start_modes": "rotor suspension, casing 2",
@@ -191,6 +193,13 @@ TABLE = {  # scene: what is set, the schemes that march it
         FULL | {"stiffness_difference": 1.2e7, "damping_difference": 1200.0,
                 "film_viscosity": 0.01, "unbalance": 5e-3, "acceleration": 2000.0},
         ("modal",),
+    ),
+    "stop": (FULL | STOP, CENTRAL),
+    "stop, film, unequal": (FULL | UNEQUAL | STOP | {"film_viscosity": 1e-4},
+                            ("modal",)),
+    "shaft, stops": (FULL | STOPS, ("modal", "general")),
+    "run-up, rotation, shaft, stops": (
+        FULL | STOPS | {"acceleration": 2000.0, "unbalance": 3e-3}, ("modal",),
     ),
     "clamped": ({"centre": "clamped"}, ("modal",)),
     "shell": (SHELL, ("modal",)),

@@ -41,7 +41,13 @@ from hpcwhirl.reduction.bearing_laws import Journal, Law
 from hpcwhirl.reduction.bodies import swing_at_rest
 from hpcwhirl.reduction.model import Model, why_unknown
 from hpcwhirl.reduction.steady import translation
-from hpcwhirl.reduction.supports import Bearing, Support, bearing_of, law_of
+from hpcwhirl.reduction.supports import (
+    Bearing,
+    Support,
+    at_rest,
+    bearing_of,
+    law_of,
+)
 from hpcwhirl.scene import Rotor, Scene
 from hpcwhirl.structure import polar_inertia
 from hpcwhirl.structure.shaft import (
@@ -54,6 +60,7 @@ from hpcwhirl.structure.shaft import (
 )
 
 PLANE = np.array([1.0, 1.0j])  # makes x + i y of x and y
+RESTING = 1.0 - 1e-9  # |Z| over the clearance of a stop, beyond which it is pressed
 COLUMNS = (
     3  # of `ShaftLoads.of_motions` besides the forces: H, torque, contact's impulse
 )
@@ -119,6 +126,8 @@ class ShaftLoads:
         They are F_x, F_y of each of s supports, N, static frame; H, N m s, NaN if
         unknown; and the torque of supports and weight about the axis, N m. A row has
         the same bits whichever others are computed with it.
+        Forces and torque are NaN while a stop is pressed, whose force the motion does
+        not tell.
 
         x, v : (k, n), m, m/s, rotating frame
         speed, angle : (k,), Omega, rad/s; rad, by which the rotor has turned
@@ -132,6 +141,9 @@ class ShaftLoads:
                 z, moving = _each(one.row, x), _each(one.row, v)
                 place, rate = z * turn, (moving + 1j * speed * z) * turn
                 own = _by_support(one.support, (place, rate), speed, angle)
+                if isinstance(one.support, Support) and one.support.stop > 0.0:
+                    pressed = abs(place) > RESTING * one.support.stop
+                    own = np.where(pressed, complex(np.nan, np.nan), own)
                 torque += (place.conjugate() * own).imag
                 force += own
             if one.part != INNER:
@@ -326,8 +338,8 @@ def _of_line(line: ShaftLine, rows: Floats) -> tuple[SupportForce, ...]:
 
 def _whole(own: LineSupport) -> Support | Bearing:
     """Return springs, dampers and film of a support of a shaft line, all of them."""
+    if found := at_rest(own):
+        return found
     if own.law:
         return Support(bearing=law_of(own.law))
-    if own.film:
-        return Support(damping=own.film + 0j, film=own.film, clearance=own.clearance)
     return bearing_of(list(own.rows), 0.0)

@@ -176,6 +176,7 @@ ALIKE = Stand(
     Bearings(
         NO_MODES, NO_MODES, NO_NUMBERS, *(EMPTY,) * 2, NO_NUMBERS, EMPTY, NO_NUMBERS
     ),
+    np.zeros((0, 2)),
 )  # fmt: skip
 
 
@@ -274,9 +275,10 @@ def unlike_rows(model: Model, basis: Floats) -> Floats:
 
 
 def standing(model: Model, scene: Scene, inverse: Floats, basis: Floats) -> Stand:
-    """Return the kernel's arrays of supports that differ by direction, or have a film.
+    """Return the kernel's arrays of supports that no constant matrix represents.
 
-    Of other supports the result is `ALIKE`, without forces.
+    They differ by direction, have a film, or are stops. Of other supports the result is
+    `ALIKE`, without forces.
 
     Parameters
     ----------
@@ -289,9 +291,9 @@ def standing(model: Model, scene: Scene, inverse: Floats, basis: Floats) -> Stan
         return ALIKE
     own, hub = [one.support.at(scene.speed) for one in every], unlike_rows(model, basis)
     moved = np.ascontiguousarray((inverse @ hub.T).T)
-    give = hub @ moved.T / (2 * scene.solver.time_step)
+    give = _given(own, hub @ moved.T, scene.solver.time_step)
     film, clearance = np.array([one.film for one in own]), _clearances(own)
-    nonlinear = film.any() or any(one.bearing for one in own)
+    nonlinear = film.any() or any(one.bearing or one.stop for one in own)
     found = steady(model, scene) if nonlinear else None
     rows = np.vstack([one.rows for one in every])
     places = np.zeros((2, len(rows)), dtype=complex)
@@ -306,6 +308,7 @@ def standing(model: Model, scene: Scene, inverse: Floats, basis: Floats) -> Stan
         np.ascontiguousarray(hub), moved, np.ascontiguousarray(give), stiffness,
         damping, np.array([scene.speed]), scene.solver.time_step, film, clearance,
         z, 1j * scene.speed * film * across * z, sag, lift, _bearings(own, sag),
+        _stops(own, scene.speed),
     )  # fmt: skip
 
 
@@ -315,6 +318,21 @@ def _clearances(own: list[Support]) -> Floats:
         one.clearance or 1.0 if one.bearing is None else one.bearing.clearance
         for one in own
     ])  # fmt: skip
+
+
+def _given(own: list[Support], moved: Floats, step: float) -> Floats:
+    """Return `Stand.give` of supports at a speed, (2 s, 2 s).
+
+    moved, step : (2 s, 2 s), m/N, change of their displacements by unit forces; dt, s
+    """
+    over = np.where([one.stop > 0.0 for one in own], 1.0, 2 * step)
+    return np.ascontiguousarray(moved / np.repeat(over, 2)[:, None])
+
+
+def _stops(own: list[Support], speed: float) -> Floats:
+    """Return `Stand.stops` of supports, of which the last ones are stops, (m, 2)."""
+    rows = [(one.stop, one.rub * np.sign(speed)) for one in own if one.stop > 0.0]
+    return np.array(rows, dtype=float).reshape(-1, 2)
 
 
 def _apart(own: list[Support]) -> Complexes:
@@ -367,7 +385,7 @@ def driven_standing(model: Model, hub: Floats, step: float) -> Stand:
     return Stand(
         np.ascontiguousarray(hub), np.zeros_like(hub), np.zeros((2 * size,) * 2), k, c,
         np.zeros(1), step, np.array([one.film for one in own]), _clearances(own),
-        circle, balance, sag, lift, _bearings(own, sag),
+        circle, balance, sag, lift, _bearings(own, sag), _stops(own, 0.0),
     )  # fmt: skip
 
 
@@ -381,7 +399,8 @@ def set_standing(model: Model, stand: Stand, speed: float, moved: Floats) -> Non
     every = [one.support.at(speed) for one in unlike(model.rotor, model.blades)]
     size = moved.shape[1]
     stand.speed[:], stand.moved[:, :size] = speed, moved
-    stand.give[:] = stand.hub[:, :size] @ moved.T / (2 * stand.step)
+    stand.give[:] = _given(every, stand.hub[:, :size] @ moved.T, stand.step)
+    stand.stops[:] = _stops(every, speed)
     stand.stiffness[:], stand.damping[:] = _apart(every)
     stand.bearings.stiffness[:] = [own.stiffness + own.spring for own in every]
     stand.bearings.damping[:] = [own.damping.real for own in every]
@@ -411,12 +430,26 @@ def added_by(stand: Stand, x: Floats, free: Floats, angle: float) -> Floats:
     x, free : (n,), a rotor's coordinates, and their velocities without this force
     angle : rad, of the rotor, on which the supports' directions depend in its frame
     """
+    stand = without_stops(stand)
     when, push, size = _when(angle), np.zeros(room_of(stand)), len(x)
     for p in range(len(stand.film)):
         place, moving = (at_support(stand.hub, p, row, 0, size) for row in (x, free))
         add_support(stand, p, place, moving, when, push)
     solve_supports(stand, push)
     return _gained(stand, push[: len(stand.hub)])
+
+
+def without_stops(stand: Stand) -> Stand:
+    """Return the arrays of supports that are no stops.
+
+    Velocities without those of a step's contact have no part of a stop's, either.
+    """
+    count = len(stand.film) - len(stand.stops)
+    size = 2 * count
+    return stand._replace(
+        hub=stand.hub[:size], moved=stand.moved[:size], film=stand.film[:count],
+        give=np.ascontiguousarray(stand.give[:size, :size]), stops=stand.stops[:0],
+    )  # fmt: skip
 
 
 def _when(angle: float) -> tuple[complex, float]:
@@ -456,10 +489,12 @@ def forces_at(stand: Stand, x: Floats, v: Floats, angle: float) -> Floats:
 def _forces(stand: Stand, x: Floats, v: Floats, free: Floats, angle: float) -> Floats:
     """Return the supports' forces, (2 s,), N, by velocities with and without them.
 
+    Those of stops, which are of a step's contact, are 0.
+
     stand, x, v, angle : as in `included_in`; free : (n,), without them
     """
     when, push, size = _when(angle), np.zeros(len(stand.hub)), len(x)
-    for p in range(len(stand.film)):
+    for p in range(len(stand.film) - len(stand.stops)):
         place, rate, before = (
             at_support(stand.hub, p, row, 0, size) for row in (x, v, free)
         )

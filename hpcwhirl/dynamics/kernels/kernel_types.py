@@ -544,6 +544,9 @@ class Stand(NamedTuple):
     sag, lift : (s,), m, displacement by the rotor's weight in the static frame, and the
         part of it that turns at 2 Omega there, of unequal sectors
     bearings : journal and rolling bearings among them
+    stops : (m, 2), clearance, m, and friction with the sign of the speed, of m stops,
+        the last ones of the supports; their rows of `give` are changes of the
+        displacement after the step, m/N
     """
 
     hub: Floats
@@ -560,6 +563,7 @@ class Stand(NamedTuple):
     sag: Complexes
     lift: Complexes
     bearings: Bearings
+    stops: Floats
 
 
 class Body(NamedTuple):

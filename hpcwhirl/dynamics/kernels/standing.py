@@ -50,6 +50,18 @@ step's velocity without these forces, and the error of second order in the step.
 The n balls of a rolling bearing, at angles psi_j that turn with the cage, press by
 Hertz's law where they lack room, F = -K sum_j d_j^{3/2} n_j, d_j = Z n_j - c > 0.
 
+A stop is a ring at rest around the rotor, of clearance c: |Z| <= c after every step.
+Its force is a multiplier of Carpenter's kind, as at the blades' tips, with friction
+against the rotation, of a journal that slides everywhere:
+
+f = -lambda (1 + i mu) Z / c, lambda >= 0, lambda (|Z| - c) = 0,
+
+Z that after the step, with the forces of all supports in it, and without those of the
+blades' contact in the same step, which the next one includes. With the displacement Z_0
+without f, and G by which a unit force moves it, (1 + lambda B) Z = Z_0, with B = G (1 +
+i mu) / c: an equation in lambda alone. A squeeze film has a stop without friction, its
+housing. The impact is plastic, as that of a tip; its work is part of the supports'.
+
 The equations (1 + E W) f = r of s supports have W (2 s, 2 s), the velocities by unit
 forces, and E, a block of damping for each support. They are solved without exchange of
 rows: each leading block 1 + E_k W_kk is regular, as W_kk > 0 and E_k >= 0.
@@ -75,6 +87,11 @@ from hpcwhirl.dynamics.kernels.vectors import (
 
 CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this value
 PLAIN, JOURNAL, ROLLING = 0, 1, 2  # `kernel_types.Bearings.kind`
+NEWTON, CLOSE = (
+    8,
+    3e-16,
+)  # iterations for a stop's force; error of |Z| / c that ends them
+ROUNDS, LEAST = 100, 1e-13  # of iterations over several stops; relative change, same
 
 
 @kernel
@@ -283,13 +300,18 @@ def add_support(own, p, place, moving, when, push):
 
     own, p, when : as in `terms_at`
     place, moving : m, m/s, displacement there at the step's start, and velocity without
-        these forces, complex; in the motion that contact causes
+        these forces, complex; in the motion that contact causes; of a stop `moving` is
+        the displacement after the step, m
     push : (room,), out: N, forces x, y of s supports, or the right side of the
         equations for them; then their matrix, (2 s, 2 s)
     """
+    if p >= len(own.film) - len(own.stops):
+        whole = moving + resting_at(own, p, when)
+        push[2 * p], push[2 * p + 1] = whole.real, whole.imag
+        return
     held, even, drift = terms_at(own, p, place, moving, when)
     size = len(own.give)
-    if size == 2:
+    if size == 2:  # a stop is not alone with it
         force = answer(own.give, held, moving, even, drift)
         push[0], push[1] = force.real, force.imag
         return
@@ -305,6 +327,115 @@ def add_support(own, p, place, moving, when, push):
     push[size + y * size + y] += 1.0
 
 
+@inlined
+def resting_at(own, p, when):
+    """Return a support's displacement after a step, m, without that of contact.
+
+    It is that of the circle and of the sag; own, p, when : as in `terms_at`
+    """
+    if own.sag[p] == 0.0 and own.lift[p] == 0.0:
+        return own.circle[p]
+    turned = when[0] * turned_at(own.speed[0] * own.step)
+    return own.circle[p] + (own.sag[p] * turned + own.lift[p] * turned.conjugate())
+
+
+@kernel
+def stop_force(give, at, size, place, clearance, rub):
+    """Return the force of a stop, N, complex, that keeps |Z| <= c, see this module.
+
+    give, at, size : flat matrix of which the rows at + size r, r = 0, 1, begin with G,
+        m/N
+    place, clearance : Z without the force, m; c, m
+    rub : friction coefficient with the sign of the speed
+    """
+    if not abs(place) > clearance:
+        return 0j
+    a, b, c, d = give[at], give[at + 1], give[at + size], give[at + size + 1]
+    a, b, c, d = a + rub * b, b - rub * a, c + rub * d, d - rub * c
+    press, x, y = 0.0, place.real, place.imag
+    for _ in range(NEWTON):  # for 1 / |Z|, all but linear in lambda
+        far = math.sqrt(x * x + y * y)
+        if not abs(far - clearance) > CLOSE * clearance:
+            break
+        u, v = a * x + b * y, c * x + d * y
+        xx, yy = clearance + press * a, clearance + press * d
+        xy, yx = press * b, press * c
+        down = 1.0 / (xx * yy - xy * yx)
+        falls = (x * (yy * u - xy * v) + y * (xx * v - yx * u)) * down / far
+        more = (far - clearance) * far / (clearance * falls)
+        press += more
+        xx, yy = clearance + press * a, clearance + press * d
+        xy, yx = press * b, press * c
+        down = clearance / (xx * yy - xy * yx)
+        x = (yy * place.real - xy * place.imag) * down
+        y = (xx * place.imag - yx * place.real) * down
+    return complex(-press * (x - rub * y), -press * (y + rub * x)) / clearance
+
+
+@part
+def press_stops(own, push):
+    """Compute the forces of stops, one of which is reached; complete the supports'.
+
+    own, push : as in `solve_supports`, which has eliminated the equations of the other
+        supports; in: their forces without those of the stops, N, and the stops'
+        displacements, m; out: all forces, N
+    """
+    size = len(own.give)
+    stops = len(own.stops)
+    first, spare = size - 2 * stops, size + size * size + size
+    for r in range(first - 2, -1, -1):
+        row = size + r * size
+        for c in range(r + 1, first):
+            for j in range(first, size):
+                push[row + j] -= push[row + c] * push[size + c * size + j]
+    for i in range(first, size):
+        push[spare + i], push[i], row = push[i], 0.0, size + i * size
+        for j in range(first, size):
+            moved = own.give[i, j]
+            for r in range(first):
+                moved -= own.give[i, r] * push[size + r * size + j]
+            push[row + j] = moved
+    for _ in range(ROUNDS):
+        change, most = 0.0, 0.0
+        for s in range(stops):
+            x = first + 2 * s
+            place, row = complex(push[spare + x], push[spare + x + 1]), size + x * size
+            for j in range(first, size):
+                if j < x or j > x + 1:
+                    moved = complex(push[row + j], push[row + size + j])
+                    place += scaled(moved, push[j])
+            force = stop_force(
+                push, row + x, size, place, own.stops[s, 0], own.stops[s, 1]
+            )
+            change += abs(force - complex(push[x], push[x + 1]))
+            push[x], push[x + 1] = force.real, force.imag
+            most += abs(force)
+        if stops == 1 or not change > LEAST * most:
+            break
+    for r in range(first):
+        for j in range(first, size):
+            push[r] -= push[size + r * size + j] * push[j]
+
+
+@inlined
+def hold_stops(own, push):
+    """Find the forces of stops, in few steps other than 0, see `press_stops`."""
+    size = len(own.give)
+    first, beyond = size - 2 * len(own.stops), False
+    for s in range(len(own.stops)):
+        x = first + 2 * s
+        for c in range(first):
+            push[x] += own.give[x, c] * push[c]
+            push[x + 1] += own.give[x + 1, c] * push[c]
+        square = push[x] * push[x] + push[x + 1] * push[x + 1]
+        beyond = beyond or square > own.stops[s, 0] * own.stops[s, 0]
+    if beyond:
+        press_stops(own, push)
+        return
+    for c in range(first, size):
+        push[c] = 0.0
+
+
 @kernel
 def solve_supports(own, push):
     """Solve the equations for the forces of several supports, see `add_support`.
@@ -313,9 +444,10 @@ def solve_supports(own, push):
         forces, N
     """
     size = len(own.give)
-    if size == 2:
+    first = size - 2 * len(own.stops)
+    if size == 2 and first == 2:
         return
-    for r in range(size):
+    for r in range(first):
         row, right = size + r * size, push[r]
         for i in range(r):
             factor = push[row + i]
@@ -326,19 +458,23 @@ def solve_supports(own, push):
         push[r] = right * down
         for c in range(r + 1, size):
             push[row + c] *= down
-    for r in range(size - 2, -1, -1):
-        for c in range(r + 1, size):
+    for r in range(first - 2, -1, -1):
+        for c in range(r + 1, first):
             push[r] -= push[size + r * size + c] * push[c]
+    if first < size:
+        hold_stops(own, push)
 
 
 @kernel
 def room_of(own):
-    """Return the size of `push` of `add_support`, and room for further (2 s,) forces.
+    """Return the size of `push` of `add_support`.
+
+    It has room for further (2 s,) forces, and for (2 s,) displacements of stops.
 
     own : `kernel_types.Stand`
     """
     size = len(own.give)
-    return size + size * size + size
+    return size + size * size + size + size
 
 
 @inlined
@@ -518,7 +654,10 @@ def press_supports(own, motion, when, first, last, force):
     for p in range(len(own.film)):
         place = at_support(own.hub, p, q, first, last)
         moved = at_support(own.hub, p, d, first, last)
-        moving = (moved + at_support(own.hub, p, ahead, first, last)) / (2.0 * own.step)
+        rises = at_support(own.hub, p, ahead, first, last)
+        moving = (moved + rises) / (2.0 * own.step)
+        if p >= len(own.film) - len(own.stops):
+            moving = place + rises
         add_support(own, p, place, moving, when, force)
     solve_supports(own, force)
 

@@ -58,6 +58,7 @@ from hpcwhirl.dynamics.waves.turning_waves import (
 )
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SpinBlock
+from hpcwhirl.reduction.supports import Station, apart_of
 from hpcwhirl.reduction.waves import modal_damping
 from hpcwhirl.scene import Scene
 
@@ -507,9 +508,11 @@ class DrivenSlots:
         i, b = self._own
         own, waves, step = self.alike[i], self.waves[i], self.step
         hubs, more = self._hubs, self._lifted
+        forces = len(hubs) - len(self.stand.stops)
         gives = waves.inverse[b] @ np.concatenate([more, more])
         passing = waves.rises[b] * (1 + 1 / (1 + waves.ahead[b]))
         moves, beside = hubs @ passing / (2 * step), (i, b) in self._driven
+        moves[forces:] = hubs[forces:] @ waves.shapes[b]
         apart = own.along[b] @ more - own.along[b] @ passing @ gives
         size, nudge = len(hubs), np.zeros((3, len(hubs)), dtype=complex)
         at = NOWHERE
@@ -520,6 +523,7 @@ class DrivenSlots:
                 hubs @ change / (2 * step) - moves @ self._pushed(i, b, change)
                 for change in each
             ]
+            nudge[:, forces:] = 0.0  # their displacements after the step are in `moves`
             at = self.places[2][self.places[4] == 1]
         summed = self.summed[i][b]
         return SlotHeld(
@@ -533,8 +537,10 @@ class DrivenSlots:
     @property
     def _hubs(self) -> Complexes:
         """Displacements of the supports that no constant matrix represents, (s, m)."""
-        (i, b), plain = self._own, [one.is_plain for one in self.supports]
-        return np.asarray(self.alike[i].held[np.flatnonzero(np.logical_not(plain)), b])
+        i, b = self._own
+        rows = self.alike[i].held[:, b]
+        every = apart_of(tuple(map(Station, rows, self.supports)))
+        return np.array([one.rows for one in every])
 
     @property
     def _lifted(self) -> Complexes:

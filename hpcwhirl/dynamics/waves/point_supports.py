@@ -18,6 +18,7 @@ from hpcwhirl.dynamics.waves.slot_waves import SlotPlaces
 from hpcwhirl.dynamics.waves.turning_waves import Circle, Diameter, Differences
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import unlike_waves
+from hpcwhirl.reduction.supports import Bearing, Support
 from hpcwhirl.scene import Scene
 
 LEAST = 1e-13  # share of the largest coefficient below which others are round-off
@@ -49,7 +50,10 @@ def support_arrays(
     place, moving = hub @ (body.shapes - body.rises), hub @ body.moves
     own, _, _ = waves.apart
     gives = (body.gives @ hub.T).T.conj()
-    rows = place, moving / (2 * scene.solver.time_step), gives
+    rates = moving / (2 * scene.solver.time_step)
+    if stops := 2 * len(stand.stops):
+        rates[-stops:] = (hub @ body.shapes)[-stops:]
+    rows = place, rates, gives
     both = np.concatenate([own, waves.half + own])
     parts = [real_rows(row).reshape(-1, 2, len(both)) for row in rows]
     sizes = [np.abs(part).max(axis=(0, 1)) for part in parts]
@@ -99,8 +103,8 @@ def slot_support(
         raise TypeError(own)
     give = turning(model, scene, model.rotor.shapes).inverse
     stand = standing(model, scene, give, model.rotor.shapes)
-    hubs = [row for row, _ in unlike_waves(spin, spin.waves[own.k])]
-    parts = zip(*(_of_support(own, hub) for hub in hubs), strict=True)
+    each = unlike_waves(spin, spin.waves[own.k])
+    parts = zip(*(_of_support(own, *one) for one in each), strict=True)
     arrays = all_aligned([
         *(np.concatenate(part) for part in parts), _directions(scene)
     ])  # fmt: skip
@@ -109,14 +113,19 @@ def slot_support(
     ])  # fmt: skip
 
 
-def _of_support(own: Differences, hub: Complexes) -> tuple[Floats, ...]:
+def _of_support(
+    own: Differences, hub: Complexes, support: Support | Bearing
+) -> tuple[Floats, ...]:
     """Return `reads`, `gives`, `gaps`, `slides` of `SlotSupport` of a support, flat.
 
     own, hub : waves of nodal diameter 1; (m,), motion of the support in their modes
+    support : one of `modes.unlike_waves`
     """
     more = own.give @ hub.conj()
     push, moves = own.inverse @ np.concatenate([more, more]), own.passing()
     place, moving = hub @ (own.shapes - own.rises), hub @ moves / (2 * own.step)
+    if isinstance(support, Support) and support.stop > 0.0:
+        moving = hub @ own.shapes
     reads = _by_parts([place.conj(), moving.conj()])
     beyond = np.array([own.along @ more - own.along @ moves @ push])
     extra = len(push) % 2  # rows by two

@@ -127,8 +127,9 @@ class PointsSupport(NamedTuple):
     ----------
     which : (b,), index of the first of each four
     reads : (s, b, 4, 2, 4) flat, x and y of each support at the step's start in the
-        motion that contact causes, and their velocities without these forces, for unit
-        re, then im, of the amplitudes after the free step
+        motion that contact causes, and their velocities without these forces, or of
+        stops displacements after the step, for unit re, then im, of the amplitudes
+        after the free step
     gives : (s, b, 2, 2, 4) flat, change of re, then im, of the amplitudes by unit
         forces x and y
     turns : (64, 2) flat, e^{-i Omega t} at the first steps, re and im
@@ -419,7 +420,8 @@ class SlotHeld(NamedTuple):
     ----------
     own, beside : (w,), indices of re of the slot's waves of y, and of r or (0,)
     places, moves : (s, w), displacement at the step's start and velocity of a support
-        without its force, for unit conj(a), a the amplitudes after the free step
+        without its force, or of a stop displacement after the step, for unit conj(a),
+        a the amplitudes after the free step
     nudge : (s, 3), m/s, what the forces on r in the step add to that velocity, and the
         weight by cos and sin of the rotor's angle
     gives, gaps : (s, w), (s,), change of the amplitudes, and of the gaps' spectrum, by
