@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from few_modes import Bodies
-from scenes import BASE
+from scenes import BASE, FULL, SOFT
 
 from hpcwhirl.campaign.simulate import notes_on
 from hpcwhirl.case import speed as speed_law
@@ -223,7 +223,7 @@ def marched(**more):
 
 
 @pytest.mark.turns
-@pytest.mark.parametrize("draw", sorted({*range(20)} - {6, 8, 9}))  # these touch
+@pytest.mark.parametrize("draw", sorted({*range(24)} - {6, 8, 9}))  # these touch
 def test_where_tips_slide_on_the_results_are_those_of_permanent_sliding(draw):
     rng = np.random.default_rng(draw)
     given = {
@@ -298,3 +298,25 @@ def test_a_slip_beyond_that_of_rotation_is_a_note_of_permanent_sliding(
     row = {"outcome": "completed", "free_growth": 0.0, "lean_checked": 0.0}
     notes = notes_on(scene, row | {"slip_ratio": ratio})
     assert sum("slip = 'set-valued'" in note for note in notes) == len(notes) == told
+
+
+@pytest.mark.turns
+@pytest.mark.parametrize("given", [SOFT, FULL | SOFT | {"lost_blade": 2}])
+def test_after_a_run_down_to_standstill_friction_on_a_layer_feeds_nothing(given):
+    stop = 1.5e-3
+    table = {"speed": 20.0, "speed_table": f"time,speed;0,20;{stop},0"}
+    scene = apply_settings(
+        named_scene("table2"),
+        BASE | given | SLOW | table | {"gap": 2e-5, "duration": 6e-3},
+    )
+    march, heat = March(resolve(scene)), [0.0]
+    while not march.done:
+        march.advance(100)
+        heat.append(march.history().rubbing.heat)
+    history = march.history()
+    late = history.friction[history.time >= stop]
+    small = 1e-12 * heat[-1]
+    assert min(np.diff(heat)) >= -small
+    assert np.diff(late).max() <= small
+    assert late[-1] < late[0]
+    assert abs(history.worn).max() > 0.0
