@@ -74,6 +74,7 @@ STANDING = [  # what supports do in the static frame
         "stiffness_difference",
         "damping_difference",
         "film_viscosity",
+        "stop_clearance",
     )
 ]
 BEARING = "engine.rotor.bearing"

@@ -219,7 +219,7 @@ def coulomb_law(
 
 
 def _over_slip(scene: Scene) -> Floats:
-    """Return the table of friction over sliding speed, see `kernel_types.Coulomb`."""
+    """Return the table of friction over sliding speed, of a set-valued law."""
     if not scene.friction_table:
         return np.zeros(0)
     return np.array(kept_rows(scene.friction_table)).T.ravel()

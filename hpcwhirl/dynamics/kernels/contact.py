@@ -306,13 +306,15 @@ def contact_space(blades, coordinates):
 
 
 @inlined
-def book_impact(work, ledger):
-    """Enter work of the rotation, J, that is lost or stored at once as contact closes.
+def book_work(entry, work, given, ledger):
+    """Enter work, J, in the ledger, and what the rotation gives for it.
 
-    The ledger's entries ROTATION and IMPACT both contain it.
+    What is lost or stored at once as contact closes, entry IMPACT, is work of the
+    rotation. Energies are those of the motion that contact causes: of work of FRICTION
+    on the other one, the rotation that keeps it going gives the opposite.
     """
-    ledger[IMPACT] += work
-    ledger[ROTATION] += work
+    ledger[entry] += work
+    ledger[ROTATION] += given
 
 
 @part
@@ -338,7 +340,7 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
         impulse[j] += push[s] * step
         counter[TOUCHDOWNS] += last[j] != counter[STEP] - 1
         last[j] = counter[STEP]
-    book_impact(-work, ledger)
+    book_work(IMPACT, -work, -work, ledger)
     ledger[IMPULSE] += total
     counter[LAST] = counter[STEP]
     counter[TOUCHED] += 1

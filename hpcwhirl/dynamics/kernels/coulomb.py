@@ -38,11 +38,9 @@ import numpy as np
 
 from hpcwhirl.dynamics.kernels.compiled import by_numba, kernel, part, rare
 from hpcwhirl.dynamics.kernels.contact import (
-    FRICTION,
     HEAT,
     MET,
     REVERSED,
-    ROTATION,
     STUCK,
     TANGENTIAL,
     TURNED,
@@ -563,17 +561,6 @@ def list_rubbing(lam, tau, touch, space):
         if lam[j] > 0.0:
             touch.where[listed], touch.right[listed] = j, lam[j]
             listed += 1
-
-
-@part
-def book_aside(work, ledger):
-    """Enter friction's work, J, on the motion without contact.
-
-    Energies are those of the motion that contact causes. What friction takes from the
-    other one, or gives to it, the rotation that keeps it going gives, or takes.
-    """
-    ledger[FRICTION] += work
-    ledger[ROTATION] -= work
 
 
 @part

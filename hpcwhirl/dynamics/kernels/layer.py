@@ -31,8 +31,9 @@ import numpy as np
 
 from hpcwhirl.dynamics.kernels.compiled import by_numba, inlined, part, rare
 from hpcwhirl.dynamics.kernels.contact import (
+    IMPACT,
     WEAR,
-    book_impact,
+    book_work,
     complementarity,
     delassus_rows,
 )
@@ -529,7 +530,7 @@ def turn(work, worn, rod, ledger):
     work, rod : J, < 0 if the rod returns it; number of the rod
     """
     worn[CUT, rod] += work
-    book_impact(work, ledger)
+    book_work(IMPACT, work, work, ledger)
 
 
 @rare

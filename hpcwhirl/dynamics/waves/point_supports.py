@@ -119,7 +119,7 @@ def _of_support(
     """Return `reads`, `gives`, `gaps`, `slides` of `SlotSupport` of a support, flat.
 
     own, hub : waves of nodal diameter 1; (m,), motion of the support in their modes
-    support : one of `modes.unlike_waves`
+    support : one of `reduction.modes.unlike_waves`
     """
     more = own.give @ hub.conj()
     push, moves = own.inverse @ np.concatenate([more, more]), own.passing()

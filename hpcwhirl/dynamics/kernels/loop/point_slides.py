@@ -9,11 +9,10 @@ theta for each point, the last of the step's forces of `wave_types.PointRows`.
 from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, part
-from hpcwhirl.dynamics.kernels.contact import FRICTION
+from hpcwhirl.dynamics.kernels.contact import FRICTION, book_work
 from hpcwhirl.dynamics.kernels.coulomb import (
     CLEAR,
     STICKS,
-    book_aside,
     book_rub,
     dragged,
 )
@@ -137,7 +136,7 @@ def rub_aside(slides, mu, active, loose, state, space):
     for s in range(active):
         tau = space.friction.tau[where[s]] if loose else mu * push[s]
         work += tau * tip_by_waves(slides.aside, where[s], state.rotor, modes)
-    book_aside(0.5 * work, state.ledger)
+    book_work(FRICTION, 0.5 * work, -0.5 * work, state.ledger)
 
 
 @part

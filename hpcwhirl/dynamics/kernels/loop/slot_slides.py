@@ -17,11 +17,10 @@ from __future__ import annotations
 import math
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, part
-from hpcwhirl.dynamics.kernels.contact import FRICTION, STEP
+from hpcwhirl.dynamics.kernels.contact import FRICTION, STEP, book_work
 from hpcwhirl.dynamics.kernels.coulomb import (
     CLEAR,
     STICKS,
-    book_aside,
     book_rub,
     dragged,
 )
@@ -153,7 +152,7 @@ def rub_aside(slides, mu, state, space):
     if len(rubbed) > 0 and rubbed[2 * k * NUMBER] == state.counter[STEP]:
         for c in range(2 * k):
             work += rubbed[2 * k * PUSH + c] * slid[c]
-    book_aside(0.5 * work, state.ledger)
+    book_work(FRICTION, 0.5 * work, -0.5 * work, state.ledger)
 
 
 @part

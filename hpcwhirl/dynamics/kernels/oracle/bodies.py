@@ -31,6 +31,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     TINY,
     angle_at,
     book_contacts,
+    book_work,
     complementarity,
     contact_space,
     gap_at,
@@ -46,7 +47,6 @@ from hpcwhirl.dynamics.kernels.contact import (
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.coulomb import (
-    book_aside,
     book_slides,
     choose,
     coulomb_space,
@@ -156,7 +156,7 @@ def book_forces(body, motion, ledger):
 
     Its entries ROTATION and FRICTION grow by the work of the forces motion.normal and
     motion.drag on the motion from step n - 1 to n + 1, halved. Work of friction on the
-    motion without contact is entered by `coulomb.book_aside`.
+    motion without contact is entered by `contact.book_work`.
 
     body, motion : `kernel_types.Body`; `body.Motion`
     """
@@ -166,7 +166,8 @@ def book_forces(body, motion, ledger):
         ledger[ROTATION] += normal[m] * mean
         ledger[FRICTION] += drag[m] * mean
     for m in range(body.own, len(ahead)):
-        book_aside(0.5 * drag[m] * (ahead[m] + d[m]), ledger)
+        work = 0.5 * drag[m] * (ahead[m] + d[m])
+        book_work(FRICTION, work, -work, ledger)
 
 
 @part
