@@ -73,7 +73,6 @@ USUAL = Thresholds()
 _LIMITS = asdict(MotionThresholds())
 SCENE_ROW = "speed", "nodal_diameter", "gap", "friction", "force", "pulse"
 WORDS = "outcome", "regime", "whirl", "motion"  # in the text of a result
-NEAR = 0.9999  # of a film's clearance, from which on its ring has touched the housing
 NUMBERS = "speed", "gap", "friction", "orbit_radius", "growth_rate", "contacts"
 HISTORY_ROW = "steps", "contacts", "contact_impulse", "centre_peak", "last_contact"
 Begin = tuple[Case, Motion | None]
@@ -441,9 +440,9 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     """Return remarks for the user on a case, such as why it ended early.
 
     Others tell of a free motion that grows, of tips that may have slid back while
-    friction is that of permanent sliding, of a squeeze film that bottoms, of its error
-    in time, of bounds of what was left out that the run exceeded, and of a profile that
-    the harmonics of the casing do not follow well.
+    friction is that of permanent sliding, of motion beyond a film's clearance, of its
+    error in time, of bounds of what was left out that the run exceeded, and of a
+    profile that the harmonics of the casing do not follow well.
 
     Parameters
     ----------
@@ -460,7 +459,7 @@ def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
     if scene.solver.flies and (why := resolve(scene).handed_over):
         notes.append(HANDED_OVER + why)
     rotor = scene.engine.rotor
-    if rotor.film_viscosity > 0.0 and row["centre_peak"] > NEAR * rotor.film_clearance:
+    if rotor.film_viscosity > 0.0 and row["centre_peak"] > rotor.film_clearance:
         notes.append(BEYOND_FILM)
     if rotor.film_viscosity > 0.0:
         case, peak = resolve(scene), float(row["centre_peak"])

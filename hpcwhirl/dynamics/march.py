@@ -181,6 +181,9 @@ class March:
         steps = self.steps
         self.counter[contact.STEP] = 0
         self._refresh(None)
+        for other in self.schemes:  # of the rotor before or after the loss of a blade
+            if other is not self.scheme and self.schedule is not None:
+                other.refresh(None, self.schedule.interval(0))
         try:
             yield
         finally:

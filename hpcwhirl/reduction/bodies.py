@@ -119,8 +119,7 @@ def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
     """Return a rotor's model with the springs and dampers of its centre, static frame.
 
     They follow from the inputs of supports in `rotor`, such as `cross_coupling`, the
-    squeeze film and a stop; of a film's housing and a stop the nearer one counts. A
-    model without terms of rotation is returned unchanged.
+    squeeze film and a stop. A model without terms of rotation is returned unchanged.
 
     damping : N s/m, mean c of the dampers, squeeze film excluded
     """
@@ -130,9 +129,6 @@ def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
     film = small_damping(
         rotor.film_viscosity, rotor.film_length, rotor.film_radius, clearance
     )
-    stop, rub = rotor.stop_clearance, rotor.stop_friction
-    if film and not 0.0 < stop < clearance:
-        stop, rub = clearance, 0.0
     support = Support(
         stiffness=-1j * rotor.cross_coupling,
         damping=damping + film + 0j,
@@ -140,8 +136,8 @@ def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
         damping_apart=rotor.damping_difference + 0j,
         film=film,
         clearance=clearance if film else 0.0,
-        stop=stop,
-        rub=rub,
+        stop=rotor.stop_clearance,
+        rub=rotor.stop_friction,
     )
     return replace(model, spin=replace(model.spin, support=support))
 

@@ -379,7 +379,7 @@ def at_rest(own: LineSupport) -> Support | None:
         return Support(stop=float(clearance), rub=float(rub))
     if own.film:
         c = own.clearance
-        return Support(damping=own.film + 0j, film=own.film, clearance=c, stop=c)
+        return Support(damping=own.film + 0j, film=own.film, clearance=c)
     return None
 
 

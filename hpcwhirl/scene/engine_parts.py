@@ -103,8 +103,8 @@ class Rotor(Inputs):
     film_radius: Positive = given(0.06, "m",
         "radius R of the squeeze film", symbol="R_f")
     film_clearance: Positive = given(2e-4, "m",
-        "radial clearance c of the squeeze film, at which its ring touches the "
-        "housing", symbol="c_f")
+        "radial clearance c of the squeeze film; the centre should not move farther, "
+        "see stop_clearance", symbol="c_f")
     stop_clearance: NonNegative = given(0.0, "m",
         "radial clearance of a ring at rest that stops the centre, as an auxiliary "
         "bearing does; 0: none; only with rotation full, scheme general, paper or "

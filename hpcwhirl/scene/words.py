@@ -117,7 +117,7 @@ SLIDES_BACK = (  # format string for the largest slip over that of rotation
     "back"
 )
 BEYOND_FILM = (  # message for a case that still has a word
-    "the ring of the squeeze film touched its housing: centre_peak is film_clearance"
+    "the centre moved farther than film_clearance, where the housing would stop it"
 )
 
 

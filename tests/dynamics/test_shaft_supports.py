@@ -190,7 +190,10 @@ STOPPED = {
             "pedestal_cxx": 1e3,
         },
     ),
-    "films that bottom": ({"station": 0, **THIN}, {"station": 2, **THIN}),
+    "films that bottom": tuple(
+        {"station": at, **THIN, "stop_clearance": THIN["film_clearance"]}
+        for at in (0, 2)
+    ),
 }
 CASES = [
     *itertools.product(

@@ -59,8 +59,8 @@ f = -lambda (1 + i mu) Z / c, lambda >= 0, lambda (|Z| - c) = 0,
 Z that after the step, with the forces of all supports in it, and without those of the
 blades' contact in the same step, which the next one includes. With the displacement Z_0
 without f, and G by which a unit force moves it, (1 + lambda B) Z = Z_0, with B = G (1 +
-i mu) / c: an equation in lambda alone. A squeeze film has a stop without friction, its
-housing. The impact is plastic, as that of a tip; its work is part of the supports'.
+i mu) / c: an equation in lambda alone. The impact is plastic, as that of a tip; its
+work is part of the supports'.
 
 The equations (1 + E W) f = r of s supports have W (2 s, 2 s), the velocities by unit
 forces, and E, a block of damping for each support. They are solved without exchange of
