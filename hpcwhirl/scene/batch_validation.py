@@ -161,7 +161,8 @@ class Many:
         values = {n: self._known(n, column, cases) for n, column in swept.items()}
 
         def broken(get: Columns) -> Any:
-            return np.logical_not(rule.holds(*map(get, inputs)))
+            with np.errstate(over="ignore"):  # infinite is too large, too
+                return np.logical_not(rule.holds(*map(get, inputs)))
 
         wrong = self._first(cases, broken, values)
         return before if wrong is None else wrong

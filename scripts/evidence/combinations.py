@@ -49,6 +49,7 @@ OVAL = {"profile": "harmonic,amplitude,phase;2,2e-5,0"}
 HELD = {
     0: {"kxx": 4e7, "cxx": 5e3, "kxy": 1e6, "kyx": -1e6}, 2: {"kxx": 6e7, "cxx": 8e3},
 }  # fmt: skip
+WHIRL = np.linspace(20.0, 1500.0, 12)  # rad/s
 ON_SHAFT: dict[str, dict[int, Any]] = {  # bearings by station, in place of `HELD`
     "shaft": {},
     "journal": {0: {"journal_viscosity": 0.02, "journal_length": 0.06,
@@ -56,6 +57,11 @@ ON_SHAFT: dict[str, dict[int, Any]] = {  # bearings by station, in place of `HEL
     "rolling": {2: {"rolling_stiffness": 1e10, "rolling_balls": 9,
                     "rolling_clearance": 1e-5, "cxx": 2e3}},
     "added mass": {1: {"kxx": 2e5, "cxx": 3e3, "mxx": 12.0}},  # of a seal
+    "over whirl": {1: {  # a spring in series with a damper
+        "whirl_frequency": [float(w) for w in WHIRL],
+        "kxx": [float(k) for k in 2e6 * WHIRL**2 / (WHIRL**2 + 500.0**2)],
+        "cxx": [float(c) for c in 2e6 * 500.0 / (WHIRL**2 + 500.0**2)],
+    }},
 }  # fmt: skip
 
 
@@ -87,6 +93,7 @@ FEATURES: dict[str, dict[str, Any]] = {
     "unlike supports": FULL | {"stiffness_difference": 5e6},
     "film": FULL | {"film_viscosity": 0.01, "film_length": 0.1, "film_radius": 0.15,
                     "film_clearance": 1e-3},  # beyond the circle of a lost blade
+    "stop": FULL | {"stop_clearance": 1e-4, "stop_friction": 0.1},
     "cross-coupling": FULL | {"cross_coupling": 1e5},
     "tilt": FULL | {"shaft": "cantilever"},
     **{name: on_shaft(name) for name in ON_SHAFT},
@@ -98,6 +105,8 @@ FEATURES: dict[str, dict[str, Any]] = {
     "layer": {"contact_law": "abradable"},
     "rubbed layer": {"contact_law": "archard", "wear_coefficient": 1e-11},
     "stribeck": {"friction_law": "stribeck"},
+    "friction table": {"friction_law": "table", "friction": 0.2,
+                       "friction_table": "slip,friction;0,0.2;100,0.1"},
     "set-valued": {"slip": "set-valued", "speed": 20.0, "friction": 0.4},
     "start energy": {"start_energy": 5.0},
     "gap at rest": FULL | {"gap_at": "rest", "gap": 4e-4},

@@ -305,7 +305,7 @@ def test_exact_says_what_it_cannot_do():
         ({"profile": "harmonic,amplitude,phase;2,2e-5,0", "profile_release": 1e-3},
          "a casing is let go"),
         ({"rotation": "full", "stiffness_difference": 1e6}, "supports differ"),
-        ({"rotation": "full", "film_viscosity": 0.01}, "or have a film"),
+        ({"rotation": "full", "film_viscosity": 0.01}, "have a film"),
         ({"mistuning": [0.01] + 21 * [0.0]}, "equal blades"),
     ],
 )  # fmt: skip

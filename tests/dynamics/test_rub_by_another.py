@@ -126,8 +126,9 @@ class Another:
         works = [
             v @ damping @ v + v @ skew @ y + w @ (drop * w),
             load @ w + y @ stiffens @ y / 2 - v @ swerve @ y,
-            self.mu * push @ (along @ w - self.tangential @ v),
-            push @ (self.radial @ s + closes - omega * (up - low) @ p / (2 * STEP)),
+            self.mu * push @ (along @ w - self.tangential @ (v + s)),
+            push @ (self.radial @ s + closes - omega * (up - low) @ p / (2 * STEP))
+            + self.mu * push @ (self.tangential @ s),
         ]
         return np.concatenate([v, y_, w, p_, s, r_, works])
 

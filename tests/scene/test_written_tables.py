@@ -159,7 +159,7 @@ REFUSED = {  # {name: (reader, file, content, what is told)}
     "no number": (of(bearing_table), "b.csv", f"{UNITS}1000,n/a,1,1,1,1\n",
                   "line 2, column kxx: it must be a number, got 'n/a'"),
     "whirl": (of(bearing_table), "b.csv", "speed,frequency,kxx,cxx\n1,1,2,3\n",
-              "over the frequency of the whirl are not modelled"),
+              "over the frequency of the whirl are modelled of bearings of a shaft"),
     "two in JSON": (of(bearing_table), "b.json", ROSS_3, "got 2: name one, as file"),
     "no JSON": (of(bearing_table), "b.json", "{", "it is no JSON"),
     "no tag": (of(bearing_table), "b.json#lefd", ROSS_3, "did you mean 'left'"),

@@ -87,10 +87,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 
 CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this value
 PLAIN, JOURNAL, ROLLING = 0, 1, 2  # `kernel_types.Bearings.kind`
-NEWTON, CLOSE = (
-    8,
-    3e-16,
-)  # iterations for a stop's force; error of |Z| / c that ends them
+NEWTON, CLOSE = 8, 3e-16  # iterations for a stop; error of |Z| / c that ends them
 ROUNDS, LEAST = 100, 1e-13  # of iterations over several stops; relative change, same
 
 
