@@ -157,6 +157,12 @@ def _check_range(bearing: Bearing, speeds: tuple[float, ...]) -> None:
             )
 
 
+def _passed(scene: Scene) -> tuple[float, float]:
+    """Return a run's least and largest speed, rad/s; 0 if it changes its sign."""
+    slowest, fastest = extremes(scene)
+    return (0.0 if slowest * fastest < 0.0 else slowest), fastest
+
+
 def check_supports(model: Model, scene: Scene) -> None:
     """Raise InputError for supports that are not admissible at a scene's speed.
 
@@ -169,7 +175,7 @@ def check_supports(model: Model, scene: Scene) -> None:
         return
     for own in spin.supports:
         if isinstance(own, Bearing):
-            _check_range(own, extremes(scene))
+            _check_range(own, _passed(scene))
     if spin.is_plain:
         return
     for one in unlike(model.rotor, model.blades):
@@ -189,7 +195,7 @@ def check_supports(model: Model, scene: Scene) -> None:
 
 def _check_carried(own: LoadedBearing, scene: Scene) -> None:
     """Raise InputError where a film does not carry its journal at the slowest speed."""
-    slowest, _ = extremes(scene)
+    slowest, _ = _passed(scene)
     if not own.is_carried(slowest):
         raise InputError(
             f"speed must be >= {own.least:.6g} rad/s, in either direction: below, the "

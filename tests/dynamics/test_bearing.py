@@ -294,9 +294,11 @@ def test_a_table_with_a_direction_without_stiffness_is_refused_by_its_name():
 
 def test_a_speed_beyond_the_table_is_refused():
     own = table((100, 1e7, 0, 0, 1e7, 1, 0, 0, 1), (200, 2e7, 0, 0, 2e7, 1, 0, 0, 1))
-    for speed, told in ((250.0, "100 to 200 rad/s"), (-50.0, "100 to 200 rad/s")):
-        scene = apply_settings(Scene(), GIVEN | {"bearing": own, "speed": speed})
-        with pytest.raises(InputError, match=f"speed must be {told}"):
+    through = {"speed": 150.0, "speed_table": "time,speed;0,150;1e-3,-150"}
+    given = {"speed": 250.0}, {"speed": -50.0}, through | {"slip": "set-valued"}
+    for more in given:
+        scene = apply_settings(Scene(), GIVEN | {"bearing": own} | more)
+        with pytest.raises(InputError, match="speed must be 100 to 200 rad/s"):
             March(resolve(scene))
 
 

@@ -238,8 +238,13 @@ def test_oil_whirl_turns_forward_at_half_the_speed(way):
 
 
 @pytest.mark.parametrize(
-    "given", [{"speed": 1.0}, {"speed_table": "time,speed;0,800;0.02,1"}]
+    ("given", "got"),
+    [
+        ({"speed": 1.0}, 1),
+        ({"speed_table": "time,speed;0,800;0.02,1"}, 1),
+        ({"speed_table": "time,speed;0,800;0.02,-800", "slip": "set-valued"}, 0),
+    ],
 )
-def test_a_speed_at_which_no_film_carries_the_rotor_is_refused(given):
-    with pytest.raises(InputError, match=r"speed must be >= \d.*got 1$"):
+def test_a_speed_at_which_no_film_carries_the_rotor_is_refused(given, got):
+    with pytest.raises(InputError, match=rf"speed must be >= \d.*got {got}$"):
         resolve(on_both(JOURNAL, **given)).check()
