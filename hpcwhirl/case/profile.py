@@ -329,7 +329,7 @@ def release_step(scene: Scene) -> int:
     return max(1, round(casing.profile_release / scene.solver.time_step))
 
 
-class Held(NamedTuple):
+class HeldShape(NamedTuple):
     """Shape in which radial loads in the casing's plane of contact hold it.
 
     Attributes
@@ -355,7 +355,7 @@ class Held(NamedTuple):
         return np.asarray(soft.T @ load)
 
 
-def held_shape(model: Model, scene: Scene) -> Held:
+def held_shape(model: Model, scene: Scene) -> HeldShape:
     """Return the shape in which a casing is held until it is released.
 
     model : model of all sectors
@@ -371,7 +371,7 @@ def held_shape(model: Model, scene: Scene) -> Held:
         if value != 0.0
     ]
     rows, values = zip(*found, strict=True)
-    return Held(np.array(rows), np.array(values))
+    return HeldShape(np.array(rows), np.array(values))
 
 
 def check_release(model: Model, scene: Scene) -> None:

@@ -378,8 +378,7 @@ def at_rest(own: LineSupport) -> Support | None:
         _, clearance, rub = own.law
         return Support(stop=float(clearance), rub=float(rub))
     if own.film:
-        c = own.clearance
-        return Support(damping=own.film + 0j, film=own.film, clearance=c)
+        return Support(damping=own.film + 0j, film=own.film, clearance=own.clearance)
     return None
 
 

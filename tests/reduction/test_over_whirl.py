@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from shafts import SECTIONS_AND_DISK
 
 from hpcwhirl.analysis.shaft_response import dynamic_stiffness, forces_of
 from hpcwhirl.errors import InputError
@@ -127,12 +128,7 @@ def test_a_fit_of_a_table_without_negative_damping_never_gives_energy(law):
 def table(law: str, **changes: Any) -> dict[str, Any]:
     """Return a shaft on two bearings, and one over the whirl's frequency."""
     usual = {
-        "sections": [
-            {"length": 0.3, "outer": 0.08, "inner": 0.03},
-            {"length": 0.5, "outer": 0.1, "outer_end": 0.07},
-            {"length": 0.4, "outer": 0.07},
-        ],
-        "disks": [{"station": 2, "mass": 40.0, "polar": 0.9, "diametral": 0.5}],
+        **SECTIONS_AND_DISK,
         "bearings": [
             {"station": 0, "kxx": 4e7, "cxx": 2e3},
             {"station": 1, **columns(law)},

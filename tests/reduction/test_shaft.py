@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from shafts import SECTIONS_AND_DISK
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import rotor_model
@@ -32,12 +33,7 @@ FAN = {"blades": 7, "elements": 4, "suspension_damping": -1.0, "damping": 0.0}
 def table(**changes: Any) -> dict[str, Any]:
     """Return the table of a shaft on three bearings, with a disk, and dampers."""
     usual: dict[str, Any] = {
-        "sections": [
-            {"length": 0.3, "outer": 0.08, "inner": 0.03},
-            {"length": 0.5, "outer": 0.1, "outer_end": 0.07},
-            {"length": 0.4, "outer": 0.07},
-        ],
-        "disks": [{"station": 2, "mass": 40.0, "polar": 0.9, "diametral": 0.5}],
+        **SECTIONS_AND_DISK,
         "bearings": [
             {"station": 0, "kxx": 4e7, "cxx": 2e3},
             {"station": 1, "kxx": 6e7, "cxx": 5e3, "kxy": 1e6, "kyx": -1e6},

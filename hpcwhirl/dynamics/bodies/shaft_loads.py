@@ -61,9 +61,7 @@ from hpcwhirl.structure.shaft import (
 
 PLANE = np.array([1.0, 1.0j])  # makes x + i y of x and y
 RESTING = 1.0 - 1e-9  # |Z| over the clearance of a stop, beyond which it is pressed
-COLUMNS = (
-    3  # of `ShaftLoads.of_motions` besides the forces: H, torque, contact's impulse
-)
+COLUMNS = 3  # of `ShaftLoads.of_motions` beside forces: H, torque, contact's impulse
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from scipy.linalg import circulant
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.case.limits import step_counts
-from hpcwhirl.case.profile import Held
+from hpcwhirl.case.profile import HeldShape
 from hpcwhirl.case.speed import Interval, angle_at, law_of
 from hpcwhirl.case.unbalance import (
     missing_at_start,
@@ -459,11 +459,8 @@ class EqualWaves(Integrator):
         if scene.slip == PERMANENT:
             return no_slides(model.blades, step, aside)
         flies, mu = scene.solver.flies, friction_with_sign(scene)
-        diameters, swirls, waves = (
-            self.diameters,
-            (np.zeros(0), np.zeros(0)),
-            self.rotor,
-        )
+        diameters, waves = self.diameters, self.rotor
+        swirls = np.zeros(0), np.zeros(0)
         if self.driven:
             diameters, swirls = self.driven.diameters, self.driven.swirls()
             waves = turning(diameters, k, mu, ())
@@ -756,7 +753,7 @@ class EqualWaves(Integrator):
         if share < 1.0:
             state.sums_c[0] = state.ledger[contact.PULSE] = self.balance(state).energy
 
-    def release(self, state: CyclicState, shape: Held, steps: int) -> None:
+    def release(self, state: CyclicState, shape: HeldShape, steps: int) -> None:
         """Let go of a casing held in a shape: add the shape to a state's motion."""
         body = self.model.casing
         if body is None or self.beside is None:

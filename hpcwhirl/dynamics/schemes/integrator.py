@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
-from hpcwhirl.case.profile import Held
+from hpcwhirl.case.profile import HeldShape
 from hpcwhirl.case.speed import Interval
 from hpcwhirl.dynamics.bodies.motion import Amplitudes, Motion, gaps_of
 from hpcwhirl.dynamics.bodies.operators import friction_with_sign, unworn, wears
@@ -188,7 +188,7 @@ class Integrator(ABC):
         """Return the motion without contact in closed form; None if there is none."""
         return None
 
-    def release(self, state: Any, shape: Held, steps: int) -> None:
+    def release(self, state: Any, shape: HeldShape, steps: int) -> None:
         """Let go of a casing held in a shape: add the shape to a state's motion.
 
         A scheme without this method integrates no such cases.

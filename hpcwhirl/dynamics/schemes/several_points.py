@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
-from hpcwhirl.case.profile import Held
+from hpcwhirl.case.profile import HeldShape
 from hpcwhirl.case.speed import Interval, angle_at, law_of
 from hpcwhirl.case.unbalance import (
     missing_at_start,
@@ -271,7 +271,7 @@ class BothAsWaves(Integrator):
         padded = len(state.lam) // HELD
         state.lam[padded:] = -np.abs(state.lam[padded:])
 
-    def release(self, state: CyclicState, shape: Held, steps: int) -> None:
+    def release(self, state: CyclicState, shape: HeldShape, steps: int) -> None:
         """Let go of a casing held in a shape: add the shape to a state's motion.
 
         The gaps of the last two steps, which include the shape, are those of an

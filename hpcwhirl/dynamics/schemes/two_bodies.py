@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
-from hpcwhirl.case.profile import Held
+from hpcwhirl.case.profile import HeldShape
 from hpcwhirl.case.speed import Interval
 from hpcwhirl.case.unbalance import steady_start
 from hpcwhirl.dynamics.bodies.motion import (
@@ -304,7 +304,7 @@ class TwoBodies(Integrator):
         if model.rotor.spin is None:
             contact.w_rotor[:] = rotor_compliance(model, self.scene, mu)
 
-    def release(self, state: BodiesState, shape: Held, _: int) -> None:
+    def release(self, state: BodiesState, shape: HeldShape, _: int) -> None:
         """Let go of a casing held in a shape: add the shape to a state's motion."""
         body, casing = self.model.casing, self.held[1]
         if body is None:
